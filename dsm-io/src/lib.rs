@@ -1,0 +1,1 @@
+//! The `.dsm` file format, and deep OpenEXR.

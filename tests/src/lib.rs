@@ -1,0 +1,1 @@
+//! Contracts across the libraries: see the tests of this package.
