@@ -1,1 +1,34 @@
-//! Deep shadow maps.
+//! Deep shadow maps: the fraction of light that reaches every depth through
+//! every pixel of a shadow camera, after Lokovic & Veach, *Deep Shadow Maps*
+//! (SIGGRAPH 2000).
+//!
+//! The data goes one way:
+//! [`RayHits`] of one ray → transmittance function → the pixel filter's
+//! weighted sum → [`VisibilityFunction`] under a [`Tolerance`] →
+//! [`PixelLists`] → [`DeepMap`] → [`filtered_lookup`].
+//!
+//! This crate does no input or output.
+
+mod camera;
+mod compress;
+mod curve;
+mod error;
+mod filter;
+mod hit;
+mod lookup;
+mod map;
+mod pixel_lists;
+mod transmittance;
+mod visibility;
+
+pub use camera::{DepthKind, PixelWindow, ShadowCamera};
+pub use compress::tolerance::Tolerance;
+pub use curve::vertex::{SumVertex, Vertex};
+pub use error::{Error, Result};
+pub use filter::{Filter, FilterShape};
+pub use hit::{RayHits, SurfaceHit, VolumeSample, VolumeSegment};
+pub use lookup::{Footprint, Receiver, VisibilityField, filtered_lookup};
+pub use map::{DeepMap, MapInfo};
+pub use pixel_lists::{PixelLists, PixelListsBuilder, PixelListsView};
+pub use transmittance::{Rgb, Transmittance};
+pub use visibility::{VisibilityFunction, VisibilityView};

@@ -1,0 +1,60 @@
+//! What a caller can get wrong.
+
+/// Why a value that a caller brought was refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A tolerance outside [0, 1).
+    #[error("a tolerance must lie in [0, 1), not {0}")]
+    Tolerance(f32),
+    /// A filter width that is not finite or narrower than its shape allows.
+    #[error("a {shape} filter must be at least {minimum} pixels wide, not {width}")]
+    FilterWidth {
+        /// The filter's shape.
+        shape: &'static str,
+        /// The width that was asked for, in pixels.
+        width: f32,
+        /// The narrowest width of that shape.
+        minimum: f32,
+    },
+    /// A surface hit or volume sample that no ray can have.
+    #[error("hit at depth {depth}: {reason}")]
+    Hit {
+        /// Depth of the hit or sample.
+        depth: f32,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// A visibility function that breaks its invariant.
+    #[error("visibility function, vertex {vertex}: {reason}")]
+    Visibility {
+        /// Index of the first vertex that breaks it.
+        vertex: usize,
+        /// The rule that is broken.
+        reason: &'static str,
+    },
+    /// Per-pixel columns that do not fit together.
+    #[error("pixel {pixel}: {reason}")]
+    Pixel {
+        /// Row-major index of the pixel.
+        pixel: usize,
+        /// What does not fit.
+        reason: &'static str,
+    },
+    /// A map larger than its index type.
+    #[error("{what}: {count} is more than {limit}")]
+    TooLarge {
+        /// What there is too much of.
+        what: &'static str,
+        /// How many there are.
+        count: u64,
+        /// How many there may be.
+        limit: u64,
+    },
+    /// A camera that cannot do what is asked of it.
+    #[error("camera: {0}")]
+    Camera(&'static str),
+}
+
+/// The result of a fallible call of this crate.
+pub type Result<T> = std::result::Result<T, Error>;

@@ -1,0 +1,183 @@
+//! Filters: how the samples around a pixel's centre are weighted, and how
+//! pixels around a shadow lookup are (Lokovic & Veach 2000, §3.1 and §3.4).
+//! None has negative lobes, so that visibility stays monotone.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Error, Result};
+
+/// The shape of a filter, on [−1, 1].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum FilterShape {
+    /// Constant.
+    #[default]
+    Box,
+    /// 1 − |t|.
+    Tent,
+    /// exp(−2 t²), cut off at |t| = 1.
+    Gaussian,
+}
+
+impl FilterShape {
+    /// The shape's name, as the command line spells it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Box => "box",
+            Self::Tent => "tent",
+            Self::Gaussian => "gaussian",
+        }
+    }
+
+    /// The narrowest full width, in pixels, that always reaches a pixel's
+    /// centre.
+    #[must_use]
+    pub const fn minimum_width(self) -> f32 {
+        match self {
+            Self::Box | Self::Gaussian => 1.0,
+            Self::Tent => 2.0,
+        }
+    }
+
+    /// The weight at `t`, in [0, 1]; 0 outside [−1, 1]. The interval is
+    /// half-open, (−1, 1], so that abutting boxes share no sample.
+    #[must_use]
+    pub fn weight(self, t: f64) -> f64 {
+        if !(t > -1.0 && t <= 1.0) {
+            return 0.0;
+        }
+        match self {
+            Self::Box => 1.0,
+            Self::Tent => 1.0 - t.abs(),
+            Self::Gaussian => (-2.0 * t * t).exp(),
+        }
+    }
+}
+
+/// A separable filter with a full width of support in pixels.
+///
+/// ```
+/// use dsm_core::{Filter, FilterShape};
+///
+/// let tent = Filter::new(FilterShape::Tent, 4.0)?;
+/// assert_eq!(tent.weight(1.0, 0.0), 0.5);
+/// assert_eq!(tent.weight(2.5, 0.0), 0.0);
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Filter {
+    shape: FilterShape,
+    width: f32,
+}
+
+impl Filter {
+    /// A filter of `width` pixels.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::FilterWidth`] if the width is not finite or below
+    /// [`FilterShape::minimum_width`].
+    pub fn new(shape: FilterShape, width: f32) -> Result<Self> {
+        let minimum = shape.minimum_width();
+        if width >= minimum && width < f32::INFINITY {
+            Ok(Self { shape, width })
+        } else {
+            Err(Error::FilterWidth { shape: shape.name(), width, minimum })
+        }
+    }
+
+    /// The filter's shape.
+    #[must_use]
+    pub const fn shape(self) -> FilterShape {
+        self.shape
+    }
+
+    /// The full width of the filter's support, in pixels.
+    #[must_use]
+    pub const fn width(self) -> f32 {
+        self.width
+    }
+
+    /// The weight along one axis at `offset` pixels from the centre.
+    #[must_use]
+    pub fn weight_along(self, offset: f64) -> f64 {
+        self.shape.weight(offset / (0.5 * f64::from(self.width)))
+    }
+
+    /// The weight at (`dx`, `dy`) pixels from the centre; not normalised.
+    #[must_use]
+    pub fn weight(self, dx: f64, dy: f64) -> f64 {
+        self.weight_along(dx) * self.weight_along(dy)
+    }
+
+    /// The weights of sample points at these offsets from the pixel's centre,
+    /// in pixels, normalised to a sum of 1. All zero if the filter reaches no
+    /// sample.
+    #[must_use]
+    pub fn normalized_weights(self, offsets: &[(f64, f64)]) -> Vec<f64> {
+        let mut weights: Vec<f64> = offsets.iter().map(|&(dx, dy)| self.weight(dx, dy)).collect();
+        let sum: f64 = weights.iter().sum();
+        if sum > 0.0 {
+            weights.iter_mut().for_each(|weight| *weight /= sum);
+        }
+        weights
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SHAPES: [FilterShape; 3] = [FilterShape::Box, FilterShape::Tent, FilterShape::Gaussian];
+
+    #[test]
+    fn vanishes_outside_its_support_and_is_never_negative() {
+        for shape in SHAPES {
+            let filter = Filter::new(shape, 3.0).unwrap();
+            for step in -400..=400 {
+                let offset = f64::from(step) * 0.01;
+                let weight = filter.weight_along(offset);
+                assert!((0.0..=1.0).contains(&weight));
+                assert!(offset.abs() <= 1.5 || weight == 0.0, "{shape:?} at {offset}");
+            }
+            assert_eq!(filter.weight_along(0.0), 1.0);
+        }
+    }
+
+    #[test]
+    fn integrals_match_their_closed_forms() {
+        // ∫ over [-1, 1] of exp(-2 t²) = sqrt(π/2) erf(√2).
+        for (shape, integral) in SHAPES.into_iter().zip([2.0, 1.0, 1.196_288_013_322_608]) {
+            let steps = 200_000;
+            let sum: f64 = (0..steps)
+                .map(|step| shape.weight((f64::from(step) + 0.5) * 2.0 / f64::from(steps) - 1.0))
+                .sum();
+            assert!((sum * 2.0 / f64::from(steps) - integral).abs() < 1e-9, "{shape:?}");
+        }
+    }
+
+    #[test]
+    fn weights_sum_to_one() {
+        let offsets = [(0.1, -0.3), (0.4, 0.4), (-0.2, 0.9), (7.0, 0.0)];
+        for shape in SHAPES {
+            let weights = Filter::new(shape, 2.0).unwrap().normalized_weights(&offsets);
+            assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-15);
+            assert_eq!(weights[3], 0.0);
+        }
+    }
+
+    #[test]
+    fn too_narrow_a_filter_is_refused() {
+        assert!(Filter::new(FilterShape::Tent, 1.5).is_err());
+        assert!(Filter::new(FilterShape::Box, 0.5).is_err());
+        assert!(Filter::new(FilterShape::Box, f32::NAN).is_err());
+        assert!(Filter::new(FilterShape::Gaussian, f32::INFINITY).is_err());
+    }
+
+    #[test]
+    fn abutting_boxes_share_no_sample() {
+        let filter = Filter::new(FilterShape::Box, 1.0).unwrap();
+        assert_eq!(filter.weight_along(0.5) + filter.weight_along(-0.5), 1.0);
+    }
+}

@@ -1,0 +1,247 @@
+//! What one ray of a shadow camera meets (Lokovic & Veach 2000, §3.2).
+
+use crate::{Error, Result, Transmittance};
+
+/// A surface in the ray's way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceHit<T> {
+    /// Depth along the view axis, in scene units, finite and ≥ 0.
+    pub depth: f32,
+    /// The fraction of light it blocks, in [0, 1] for every channel.
+    pub opacity: T,
+}
+
+/// A sample of the extinction along the ray. Between two samples the
+/// extinction is linear; outside the first and last it is 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VolumeSample<T> {
+    /// Depth along the view axis, in scene units, finite and ≥ 0.
+    pub depth: f32,
+    /// Extinction per unit of *distance along the ray*, finite and ≥ 0.
+    pub extinction: T,
+}
+
+/// A stretch of the ray through a medium whose extinction is linear between
+/// its ends. Segments may overlap: their extinctions add.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VolumeSegment<T: Transmittance> {
+    /// Depth of the near end.
+    pub near: f32,
+    /// Depth of the far end, greater than `near`.
+    pub far: f32,
+    /// Extinction per unit of *depth* at the near end, finite and ≥ 0.
+    pub near_extinction: T::Sum,
+    /// Extinction per unit of *depth* at the far end, finite and ≥ 0.
+    pub far_extinction: T::Sum,
+}
+
+/// Everything one ray meets, in any order.
+///
+/// ```
+/// use dsm_core::{RayHits, SurfaceHit, VolumeSample};
+///
+/// let mut hits = RayHits::<f32>::default();
+/// hits.push_surface(SurfaceHit { depth: 2.0, opacity: 0.5 })?;
+/// hits.push_volume(
+///     &[
+///         VolumeSample { depth: 1.0, extinction: 0.3 },
+///         VolumeSample { depth: 4.0, extinction: 0.3 },
+///     ],
+///     1.0,
+/// )?;
+/// assert_eq!(hits.surfaces().len(), 1);
+/// assert_eq!(hits.segments().len(), 1);
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct RayHits<T: Transmittance> {
+    surfaces: Vec<SurfaceHit<T>>,
+    segments: Vec<VolumeSegment<T>>,
+}
+
+impl<T: Transmittance> Default for RayHits<T> {
+    fn default() -> Self {
+        Self { surfaces: Vec::new(), segments: Vec::new() }
+    }
+}
+
+impl<T: Transmittance> RayHits<T> {
+    /// Adds a surface.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Hit`] for a depth that is not finite or negative, or an
+    /// opacity outside [0, 1].
+    pub fn push_surface(&mut self, hit: SurfaceHit<T>) -> Result<()> {
+        check_depth(hit.depth)?;
+        if (0..T::CHANNELS).all(|channel| (0.0..=1.0).contains(&hit.opacity.channel(channel))) {
+            self.surfaces.push(hit);
+            Ok(())
+        } else {
+            Err(Error::Hit { depth: hit.depth, reason: "opacity must lie in [0, 1]" })
+        }
+    }
+
+    /// Adds a medium sampled along the ray, front to back. Two samples at one
+    /// depth are a jump of the extinction. `distance_per_depth` is the
+    /// distance along the ray per unit of depth, ≥ 1: the correction of
+    /// footnote 3 (see [`crate::ShadowCamera::distance_per_depth`]).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Hit`] for depths that are not finite, negative or descending,
+    /// extinctions that are negative or not finite, or a factor below 1.
+    /// Nothing is added then.
+    pub fn push_volume(
+        &mut self,
+        samples: &[VolumeSample<T>],
+        distance_per_depth: f64,
+    ) -> Result<()> {
+        let refuse = |depth, reason| Err(Error::Hit { depth, reason });
+        if !(1.0..f64::INFINITY).contains(&distance_per_depth) {
+            let depth = samples.first().map_or(0.0, |sample| sample.depth);
+            return refuse(depth, "the distance per depth must be finite and at least 1");
+        }
+        for sample in samples {
+            check_depth(sample.depth)?;
+            let valid = |value: f32| (0.0..f32::INFINITY).contains(&value);
+            if !(0..T::CHANNELS).all(|channel| valid(sample.extinction.channel(channel))) {
+                return refuse(sample.depth, "extinction must be finite and at least 0");
+            }
+        }
+        if let Some(back) = samples.windows(2).find(|pair| pair[0].depth > pair[1].depth) {
+            return refuse(back[1].depth, "volume samples must go front to back");
+        }
+        let per_depth = |sample: &VolumeSample<T>| {
+            T::sum_from_channels(|channel| {
+                f64::from(sample.extinction.channel(channel)) * distance_per_depth
+            })
+        };
+        self.segments.extend(samples.windows(2).filter(|pair| pair[0].depth < pair[1].depth).map(
+            |pair| VolumeSegment {
+                near: pair[0].depth,
+                far: pair[1].depth,
+                near_extinction: per_depth(&pair[0]),
+                far_extinction: per_depth(&pair[1]),
+            },
+        ));
+        Ok(())
+    }
+
+    /// Adds a medium of constant extinction over [`near`, `far`) that blocks
+    /// the fraction `opacity` of the light, like a volumetric sample of a deep
+    /// OpenEXR. An opacity of 1 leaves nothing behind the near end: the step
+    /// stands at the next `f32` behind `near`, in the channels that have it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Hit`] for depths that are not finite, negative or not in
+    /// order, or an opacity outside [0, 1].
+    pub fn push_slab(&mut self, near: f32, far: f32, opacity: T) -> Result<()> {
+        check_depth(near)?;
+        check_depth(far)?;
+        let refuse = |reason| Err(Error::Hit { depth: near, reason });
+        if near >= far {
+            return refuse("a slab's far end must lie behind its near end");
+        }
+        if !(0..T::CHANNELS).all(|channel| (0.0..=1.0).contains(&opacity.channel(channel))) {
+            return refuse("opacity must lie in [0, 1]");
+        }
+        let length = f64::from(far) - f64::from(near);
+        let extinction = T::sum_from_channels(|channel| match opacity.channel(channel) {
+            1.0 => 0.0,
+            opacity => -f64::ln_1p(-f64::from(opacity)) / length,
+        });
+        self.segments.push(VolumeSegment {
+            near,
+            far,
+            near_extinction: extinction,
+            far_extinction: extinction,
+        });
+        let blocked = T::from_channels(|channel| f32::from(opacity.channel(channel) == 1.0));
+        if blocked != T::splat(0.0) {
+            self.surfaces.push(SurfaceHit { depth: near.next_up(), opacity: blocked });
+        }
+        Ok(())
+    }
+
+    /// The surfaces, in the order they were added.
+    #[must_use]
+    pub fn surfaces(&self) -> &[SurfaceHit<T>] {
+        &self.surfaces
+    }
+
+    /// The stretches of media, in the order they were added.
+    #[must_use]
+    pub fn segments(&self) -> &[VolumeSegment<T>] {
+        &self.segments
+    }
+
+    /// Whether nothing is in the way.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.surfaces.is_empty() && self.segments.is_empty()
+    }
+
+    /// Forgets everything and keeps the memory.
+    pub fn clear(&mut self) {
+        self.surfaces.clear();
+        self.segments.clear();
+    }
+}
+
+fn check_depth(depth: f32) -> Result<()> {
+    if (0.0..f32::INFINITY).contains(&depth) {
+        Ok(())
+    } else {
+        Err(Error::Hit { depth, reason: "depth must be finite and at least 0" })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Rgb;
+
+    #[test]
+    fn hits_no_ray_can_have_are_refused() {
+        let mut hits = RayHits::<f32>::default();
+        for (depth, opacity) in [(-1.0, 0.5), (f32::NAN, 0.5), (f32::INFINITY, 0.5), (1.0, 1.5)] {
+            assert!(hits.push_surface(SurfaceHit { depth, opacity }).is_err());
+        }
+        let sample = |depth, extinction| VolumeSample { depth, extinction };
+        for samples in [
+            [sample(2.0, 1.0), sample(1.0, 1.0)],
+            [sample(1.0, -1.0), sample(2.0, 1.0)],
+            [sample(1.0, 1.0), sample(2.0, f32::INFINITY)],
+            [sample(1.0, 1.0), sample(f32::NAN, 1.0)],
+        ] {
+            assert!(hits.push_volume(&samples, 1.0).is_err(), "{samples:?}");
+        }
+        assert!(hits.push_volume(&[sample(1.0, 1.0)], 0.5).is_err());
+        assert!(hits.push_slab(2.0, 2.0, 0.5).is_err());
+        assert!(hits.push_slab(1.0, 2.0, f32::NAN).is_err());
+        assert!(hits.is_empty());
+    }
+
+    #[test]
+    fn an_opaque_slab_blocks_just_behind_its_near_end() {
+        let mut hits = RayHits::default();
+        hits.push_slab(1.0, 2.0, Rgb::new(1.0, 0.5, 0.0)).unwrap();
+        let surface = hits.surfaces()[0];
+        assert_eq!((surface.depth, surface.opacity), (1.0_f32.next_up(), Rgb::new(1.0, 0.0, 0.0)));
+        let extinction = hits.segments()[0].near_extinction;
+        assert_eq!((extinction[0], extinction[2]), (0.0, 0.0));
+        assert!((extinction[1] - std::f64::consts::LN_2).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_jump_of_the_extinction_is_no_segment() {
+        let mut hits = RayHits::<f32>::default();
+        let sample = |depth, extinction| VolumeSample { depth, extinction };
+        let samples = [sample(1.0, 1.0), sample(2.0, 1.0), sample(2.0, 3.0), sample(3.0, 3.0)];
+        hits.push_volume(&samples, 2.0).unwrap();
+        assert_eq!(hits.segments().len(), 2);
+        assert_eq!(hits.segments()[1].near_extinction, [6.0]);
+    }
+}

@@ -1,0 +1,91 @@
+//! A deep shadow map in memory.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    DepthKind, Filter, PixelLists, PixelWindow, ShadowCamera, Tolerance, Transmittance,
+    VisibilityField, VisibilityView,
+};
+
+/// What a map says of itself, besides its pixels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MapInfo {
+    /// Where the map looks from, if known.
+    pub camera: Option<ShadowCamera>,
+    /// What its depths measure.
+    pub depth_kind: DepthKind,
+    /// The bound that every pixel keeps.
+    pub tolerance: Tolerance,
+    /// Samples a pixel, if the map was sampled.
+    pub samples: Option<u32>,
+    /// The pixel filter, if the map was sampled.
+    pub filter: Option<Filter>,
+    /// The pixels of the image plane that the map covers, if it came from an
+    /// image: its pixel (0, 0) is `min`.
+    pub data_window: Option<PixelWindow>,
+    /// The pixels that NDC [0, 1]² covers, if the map came from an image.
+    pub display_window: Option<PixelWindow>,
+}
+
+/// A rectangular array of visibility functions (Lokovic & Veach 2000, §3.1).
+///
+/// ```
+/// use dsm_core::{DeepMap, MapInfo, PixelListsBuilder, Vertex, VisibilityField};
+///
+/// let mut pixels = PixelListsBuilder::new(1, 1);
+/// pixels.push(Vertex::new(2.0, 1.0));
+/// pixels.push(Vertex::new(2.0, 0.25));
+/// pixels.finish_pixel()?;
+/// let map = DeepMap::new(MapInfo::default(), pixels.finish()?);
+/// assert_eq!(map.evaluate([0, 0], 3.0), Ok(0.25));
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeepMap<T> {
+    info: MapInfo,
+    pixels: PixelLists<T>,
+}
+
+impl<T: Transmittance> DeepMap<T> {
+    /// A map of these pixels.
+    #[must_use]
+    pub const fn new(info: MapInfo, pixels: PixelLists<T>) -> Self {
+        Self { info, pixels }
+    }
+
+    /// What the map says of itself.
+    #[must_use]
+    pub const fn info(&self) -> &MapInfo {
+        &self.info
+    }
+
+    /// The map's pixels.
+    #[must_use]
+    pub const fn pixels(&self) -> &PixelLists<T> {
+        &self.pixels
+    }
+
+    /// The function of one pixel.
+    ///
+    /// # Panics
+    ///
+    /// If the pixel lies outside the map.
+    #[must_use]
+    pub fn pixel(&self, x: u32, y: u32) -> VisibilityView<'_, T> {
+        self.pixels.view().pixel(x, y)
+    }
+}
+
+impl<T: Transmittance> VisibilityField for DeepMap<T> {
+    type Value = T;
+    type Error = std::convert::Infallible;
+
+    fn size(&self) -> [u32; 2] {
+        let view = self.pixels.view();
+        [view.width(), view.height()]
+    }
+
+    fn evaluate(&self, [x, y]: [u32; 2], depth: f32) -> Result<T, Self::Error> {
+        Ok(self.pixel(x, y).at(depth))
+    }
+}
