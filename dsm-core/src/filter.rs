@@ -44,12 +44,14 @@ impl FilterShape {
     /// half-open, (−1, 1], so that abutting boxes share no sample.
     #[must_use]
     pub fn weight(self, t: f64) -> f64 {
-        if !(t > -1.0 && t <= 1.0) {
-            return 0.0;
-        }
+        if t > -1.0 && t <= 1.0 { self.profile(t) } else { 0.0 }
+    }
+
+    /// The weight at `t`, which lies in [−1, 1].
+    pub(crate) fn profile(self, t: f64) -> f64 {
         match self {
             Self::Box => 1.0,
-            Self::Tent => 1.0 - t.abs(),
+            Self::Tent => (1.0 - t.abs()).max(0.0),
             Self::Gaussian => (-2.0 * t * t).exp(),
         }
     }

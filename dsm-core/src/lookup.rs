@@ -107,12 +107,17 @@ pub fn filtered_lookup<F: VisibilityField>(
     let average = match *footprint {
         Footprint::Point => None,
         Footprint::Isotropic(filter) => {
-            let reach = 0.5 * f64::from(filter.width());
-            weighted_average(field, receiver, [reach; 2], |dx, dy| filter.weight(dx, dy))?
+            let scale = 2.0 / f64::from(filter.width());
+            let shape = filter.shape();
+            let reach = [0.5 * f64::from(filter.width()); 2];
+            weighted_average(field, receiver, reach, |dy| {
+                let row = shape.profile(dy * scale);
+                move |dx| row * shape.profile(dx * scale)
+            })?
         }
         Footprint::Elliptical { shape, axes } => {
-            let ellipse = Ellipse::new(shape, axes);
-            weighted_average(field, receiver, ellipse.reach, |dx, dy| ellipse.weight(dx, dy))?
+            let ellipse = &Ellipse::new(shape, axes);
+            weighted_average(field, receiver, ellipse.reach, |dy| move |dx| ellipse.weight(dx, dy))?
         }
     };
     match average {
@@ -136,28 +141,27 @@ fn evaluate_at<F: VisibilityField>(
     if depth > 0.0 { field.evaluate(pixel, depth) } else { Ok(F::Value::CLEAR) }
 }
 
-/// The weighted average over the pixels whose centres lie within `reach`;
-/// `None` if all have weight 0.
-fn weighted_average<F: VisibilityField>(
+/// The weighted average over the pixels whose centres lie within `reach`, on
+/// half-open intervals; `None` if all have weight 0. `row_weight` gives, for
+/// the offset of a row, the weights along it.
+fn weighted_average<F: VisibilityField, W: Fn(f64) -> f64>(
     field: &F,
     receiver: &Receiver,
     reach: [f64; 2],
-    weight: impl Fn(f64, f64) -> f64,
+    row_weight: impl Fn(f64) -> W,
 ) -> Result<Option<F::Value>, F::Error> {
     let size = field.size();
     let centre = receiver.position.map(f64::from);
     let pixels = |axis: usize| {
-        // The saturating casts clamp to the field.
-        let first = (centre[axis] - reach[axis] - 0.5).ceil() as u32;
-        let end = (centre[axis] + reach[axis] - 0.5).floor().min(f64::from(u32::MAX - 1));
-        first..(end as u32 + u32::from(end >= 0.0)).min(size[axis])
+        let end = |edge: f64| ((edge - 0.5).floor() + 1.0).clamp(0.0, f64::from(size[axis]));
+        end(centre[axis] - reach[axis]) as u32..end(centre[axis] + reach[axis]) as u32
     };
     let mut total = 0.0;
     let mut sum = F::Value::sum_from_channels(|_| 0.0);
     for row in pixels(1) {
-        let dy = f64::from(row) + 0.5 - centre[1];
+        let weight = row_weight(f64::from(row) + 0.5 - centre[1]);
         for column in pixels(0) {
-            let weight = weight(f64::from(column) + 0.5 - centre[0], dy);
+            let weight = weight(f64::from(column) + 0.5 - centre[0]);
             if weight > 0.0 {
                 let value = evaluate_at(field, receiver, [column, row])?;
                 total += weight;

@@ -111,7 +111,7 @@ impl<'a, T: Transmittance> VisibilityView<'a, T> {
     /// Whether one stored channel stands for all.
     #[must_use]
     pub const fn is_mono(self) -> bool {
-        self.values.len() == self.z.len()
+        T::CHANNELS == 1 || self.values.len() == self.z.len()
     }
 
     /// The value of vertex `index`.
