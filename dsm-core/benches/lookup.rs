@@ -1,5 +1,7 @@
 //! Filtered lookups in a map in memory: 512² pixels, 8 vertices a pixel.
 
+#![expect(clippy::expect_used, reason = "a benchmark may panic")]
+
 use divan::counter::ItemsCount;
 use dsm_core::{
     DeepMap, Filter, FilterShape, Footprint, MapInfo, PixelListsBuilder, Receiver, Vertex,

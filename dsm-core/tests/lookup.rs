@@ -1,6 +1,8 @@
 //! Filtered lookups against a naive oracle: every pixel of the map is visited,
 //! every function evaluated by linear search in f64.
 
+#![expect(clippy::unwrap_used, reason = "a test may panic")]
+
 use dsm_core::{
     DeepMap, Filter, FilterShape, Footprint, MapInfo, PixelListsBuilder, Receiver, Rgb,
     Transmittance, Vertex, filtered_lookup,
