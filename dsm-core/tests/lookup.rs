@@ -164,8 +164,10 @@ fn receiver(width: u32, height: u32) -> impl Strategy<Value = Receiver> {
     )
 }
 
-fn case<T: Transmittance>()
--> impl Strategy<Value = (u32, Vec<Vec<Vertex<T>>>, Vec<(Receiver, Footprint)>)> {
+/// A map's width and pixels, and what to ask of it.
+type Case<T> = (u32, Vec<Vec<Vertex<T>>>, Vec<(Receiver, Footprint)>);
+
+fn case<T: Transmittance>() -> impl Strategy<Value = Case<T>> {
     (1_u32..9, 1_u32..9).prop_flat_map(|(width, height)| {
         (
             Just(width),
