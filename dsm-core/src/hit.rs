@@ -73,7 +73,7 @@ impl<T: Transmittance> RayHits<T> {
     /// [`Error::Hit`] for a depth that is not finite or negative, or an
     /// opacity outside [0, 1].
     pub fn push_surface(&mut self, hit: SurfaceHit<T>) -> Result<()> {
-        check_depth(hit.depth)?;
+        let hit = SurfaceHit { depth: check_depth(hit.depth)?, ..hit };
         if (0..T::CHANNELS).all(|channel| (0.0..=1.0).contains(&hit.opacity.channel(channel))) {
             self.surfaces.push(hit);
             Ok(())
@@ -119,7 +119,7 @@ impl<T: Transmittance> RayHits<T> {
         };
         self.segments.extend(samples.windows(2).filter(|pair| pair[0].depth < pair[1].depth).map(
             |pair| VolumeSegment {
-                near: pair[0].depth,
+                near: pair[0].depth + 0.0,
                 far: pair[1].depth,
                 near_extinction: per_depth(&pair[0]),
                 far_extinction: per_depth(&pair[1]),
@@ -138,8 +138,7 @@ impl<T: Transmittance> RayHits<T> {
     /// [`Error::Hit`] for depths that are not finite, negative or not in
     /// order, or an opacity outside [0, 1].
     pub fn push_slab(&mut self, near: f32, far: f32, opacity: T) -> Result<()> {
-        check_depth(near)?;
-        check_depth(far)?;
+        let (near, far) = (check_depth(near)?, check_depth(far)?);
         let refuse = |reason| Err(Error::Hit { depth: near, reason });
         if near >= far {
             return refuse("a slab's far end must lie behind its near end");
@@ -190,9 +189,10 @@ impl<T: Transmittance> RayHits<T> {
     }
 }
 
-fn check_depth(depth: f32) -> Result<()> {
+/// The depth itself, with −0 turned into 0 so that bit patterns sort by depth.
+fn check_depth(depth: f32) -> Result<f32> {
     if (0.0..f32::INFINITY).contains(&depth) {
-        Ok(())
+        Ok(depth + 0.0)
     } else {
         Err(Error::Hit { depth, reason: "depth must be finite and at least 0" })
     }
@@ -233,6 +233,17 @@ mod tests {
         let extinction = hits.segments()[0].near_extinction;
         assert_eq!((extinction[0], extinction[2]), (0.0, 0.0));
         assert!((extinction[1] - std::f64::consts::LN_2).abs() < 1e-15);
+    }
+
+    #[test]
+    fn negative_zero_is_zero() {
+        let mut hits = RayHits::default();
+        hits.push_surface(SurfaceHit { depth: -0.0, opacity: 0.5 }).unwrap();
+        hits.push_slab(-0.0, 1.0, 0.5).unwrap();
+        let sample = |depth| VolumeSample { depth, extinction: 1.0 };
+        hits.push_volume(&[sample(-0.0), sample(1.0)], 1.0).unwrap();
+        assert!(hits.surfaces()[0].depth.is_sign_positive());
+        assert!(hits.segments().iter().all(|segment| segment.near.is_sign_positive()));
     }
 
     #[test]
