@@ -3,9 +3,9 @@
 //! (SIGGRAPH 2000).
 //!
 //! The data goes one way:
-//! [`RayHits`] of one ray → transmittance function → the pixel filter's
-//! weighted sum → [`VisibilityFunction`] under a [`Tolerance`] →
-//! [`PixelLists`] → [`DeepMap`] → [`filtered_lookup`].
+//! [`RayHits`] of one ray → [`TransmittanceFunction`] → the pixel filter's
+//! weighted sum ([`VisibilitySweep`]) → [`VisibilityFunction`] under a
+//! [`Tolerance`] → [`PixelLists`] → [`DeepMap`] → [`filtered_lookup`].
 //!
 //! This crate does no input or output.
 
@@ -23,6 +23,9 @@ mod visibility;
 
 pub use camera::{DepthKind, PixelWindow, ShadowCamera};
 pub use compress::tolerance::Tolerance;
+pub use curve::sweep::{VisibilitySweep, WeightedTransmittance};
+pub use curve::transmittance_builder::TransmittanceBuilder;
+pub use curve::transmittance_function::TransmittanceFunction;
 pub use curve::vertex::{SumVertex, Vertex};
 pub use error::{Error, Result};
 pub use filter::{Filter, FilterShape};

@@ -217,10 +217,16 @@ impl<T: Transmittance> VisibilityFunction<T> {
     /// [`Error::Visibility`] if they break the invariant of this module.
     pub fn new(vertices: impl IntoIterator<Item = Vertex<T>>) -> Result<Self> {
         let vertices: Vec<_> = vertices.into_iter().collect();
-        let mut function = Self { z: Vec::new(), values: Vec::new(), channels: PhantomData };
-        append_columns(&vertices, &mut function.z, &mut function.values);
+        let function = Self::unchecked(&vertices);
         function.view().check()?;
         Ok(function)
+    }
+
+    /// The function with vertices whose maker keeps the invariant.
+    pub(crate) fn unchecked(vertices: &[Vertex<T>]) -> Self {
+        let mut function = Self::clear();
+        append_columns(vertices, &mut function.z, &mut function.values);
+        function
     }
 
     /// The function that is 1 everywhere.

@@ -1,4 +1,11 @@
 //! Piecewise linear functions of depth: their vertices, one ray's
 //! transmittance and the weighted sum of many.
 
+mod compensated;
+mod exact_sum;
+mod optical_depth;
+pub(crate) mod sweep;
+pub(crate) mod transmittance_builder;
+pub(crate) mod transmittance_function;
 pub(crate) mod vertex;
+mod vertex_writer;

@@ -1,0 +1,396 @@
+//! The weighted sum of many transmittance functions in one pass
+//! (Lokovic & Veach 2000, equation 1 and §5.1).
+
+use super::compensated::RunningSum;
+use super::exact_sum::ExactSum;
+use super::transmittance_function::TransmittanceFunction;
+use super::vertex::{SumVertex, Vertex};
+use super::vertex_writer::VertexWriter;
+use crate::{Transmittance, VisibilityFunction};
+
+/// Adds up the transmittance functions of one pixel after the other, and keeps
+/// its memory in between.
+///
+/// The sum runs along z with its value and slope, which every vertex of every
+/// function changes a little: O(n log n) for n vertices, as in §5.1 of
+/// Lokovic & Veach 2000. Unlike there, no heap holds the next vertex of each
+/// function: all are sorted once by depth, several times faster than n passes
+/// through a heap. The value is a compensated sum and the slope an exact one,
+/// so that neither drifts, however steep a ramp has ended.
+///
+/// ```
+/// use dsm_core::{RayHits, SurfaceHit, TransmittanceFunction, VisibilitySweep};
+///
+/// // An opaque blocker covers a quarter of the pixel: one ray of four.
+/// let mut hits = RayHits::<f32>::default();
+/// hits.push_surface(SurfaceHit { depth: 2.0, opacity: 1.0 })?;
+/// let blocked = TransmittanceFunction::new(&hits, 0.01);
+/// let clear = TransmittanceFunction::default();
+/// let functions = [(0.25, &blocked), (0.25, &clear), (0.25, &clear), (0.25, &clear)];
+///
+/// let mut sweep = VisibilitySweep::default();
+/// let pixel = sweep.over(&functions);
+/// assert_eq!(pixel.final_value(), [0.75]);
+/// let mut vertices = Vec::new();
+/// pixel.run(|vertex| vertices.push((vertex.z, vertex.value[0])));
+/// assert_eq!(vertices, [(2.0, 1.0), (2.0, 0.75)]);
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct VisibilitySweep<T: Transmittance> {
+    /// Depth bits above the index of what happens there, in `steps` and
+    /// `slopes`.
+    events: Vec<u64>,
+    steps: Vec<T::Sum>,
+    /// The slopes that end and start; empty where all functions are
+    /// staircases.
+    slopes: Vec<SlopeChange<T>>,
+    slope: Vec<ExactSum>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct SlopeChange<T: Transmittance> {
+    ends: T::Sum,
+    starts: T::Sum,
+}
+
+impl<T: Transmittance> Default for VisibilitySweep<T> {
+    fn default() -> Self {
+        Self {
+            events: Vec::new(),
+            steps: Vec::new(),
+            slopes: Vec::new(),
+            slope: vec![ExactSum::default(); T::CHANNELS],
+        }
+    }
+}
+
+impl<T: Transmittance> VisibilitySweep<T> {
+    /// The weighted sum Σ wₖ τₖ of `functions`. The weights must sum to 1 but
+    /// for rounding; functions of weight 0 (or less, or NaN) do not count, and
+    /// without any other the sum is 1 everywhere.
+    pub fn over<'a>(
+        &'a mut self,
+        functions: &'a [(f64, &'a TransmittanceFunction<T>)],
+    ) -> WeightedTransmittance<'a, T> {
+        WeightedTransmittance::new(self, functions)
+    }
+}
+
+/// A weighted sum of transmittance functions that is about to be swept.
+#[derive(Debug)]
+pub struct WeightedTransmittance<'a, T: Transmittance> {
+    sweep: &'a mut VisibilitySweep<T>,
+    functions: &'a [(f64, &'a TransmittanceFunction<T>)],
+    final_value: T::Sum,
+    /// Where the last function reaches its final value.
+    settled: T::Sum,
+    curved: bool,
+}
+
+impl<'a, T: Transmittance> WeightedTransmittance<'a, T> {
+    fn new(
+        sweep: &'a mut VisibilitySweep<T>,
+        functions: &'a [(f64, &'a TransmittanceFunction<T>)],
+    ) -> Self {
+        let mut left = RunningSum::<T>::new(1.0);
+        let mut settled = T::sum_from_channels(|_| f64::NEG_INFINITY);
+        let mut clear = T::sum_from_channels(|_| 1.0);
+        let mut curved = false;
+        for (weight, function) in contributing(functions) {
+            let last = function.last();
+            for channel in 0..T::CHANNELS {
+                let value = last.as_ref()[channel];
+                left.add(channel, weight * (value - 1.0));
+                if value != 0.0 {
+                    clear.as_mut()[channel] = 0.0;
+                }
+                let settled = &mut settled.as_mut()[channel];
+                *settled = settled.max(settled_at(function, channel));
+            }
+            curved |= function.curved;
+        }
+        // `clear` still holds 1 where no function lets light through.
+        let blocked = clear;
+        let any = contributing(functions).next().is_some();
+        let final_value = T::sum_from_channels(|channel| {
+            if any && blocked.as_ref()[channel] == 1.0 {
+                0.0
+            } else {
+                left.channel(channel).max(0.0)
+            }
+        });
+        Self { sweep, functions, final_value, settled, curved }
+    }
+
+    /// What gets past everything, before the sweep: Σ wₖ τₖ(∞), exactly the
+    /// value of the last vertex (1 if there will be none).
+    #[must_use]
+    pub const fn final_value(&self) -> T::Sum {
+        self.final_value
+    }
+
+    /// Whether a contributing function is curved, so that the chord error was
+    /// spent ([`TransmittanceFunction::is_curved`]).
+    #[must_use]
+    pub const fn is_curved(&self) -> bool {
+        self.curved
+    }
+
+    /// Hands the vertices of the sum to `sink`, front to back.
+    ///
+    /// They start at exactly 1, are sorted by z with at most two at one z, lie
+    /// in \[0, 1\] and never rise. A channel is exactly 0 from where all
+    /// contributing functions are. A function alone, of weight 1, comes
+    /// through unchanged.
+    pub fn run(self, mut sink: impl FnMut(SumVertex<T>)) {
+        let mut functions = contributing(self.functions);
+        if let (Some((1.0, alone)), None) = (functions.next(), functions.next()) {
+            alone.vertices.iter().for_each(|&vertex| sink(vertex));
+        } else if self.curved {
+            self.sweep_ramps(sink);
+        } else {
+            self.sweep_steps(sink);
+        }
+    }
+
+    /// The sum as a function of its own, uncompressed and rounded to `f32`.
+    #[must_use]
+    pub fn visibility_function(self) -> VisibilityFunction<T> {
+        let mut vertices: Vec<Vertex<T>> = Vec::new();
+        self.run(|vertex| {
+            let rounded = Vertex::new(vertex.z, T::from_sum(vertex.value));
+            if vertices.last() != Some(&rounded) {
+                vertices.push(rounded);
+            }
+        });
+        VisibilityFunction::unchecked(&vertices)
+    }
+
+    /// The sweep where no function has a slope.
+    fn sweep_steps(self, sink: impl FnMut(SumVertex<T>)) {
+        let Self { sweep: VisibilitySweep { events, steps, .. }, functions, .. } = self;
+        events.clear();
+        steps.clear();
+        for (weight, function) in contributing(functions) {
+            for step in function.vertices.chunks_exact(2) {
+                events.push(event(step[0].z, steps.len()));
+                steps.push(difference::<T>(weight, step[0].value, step[1].value));
+            }
+        }
+        events.sort_unstable();
+
+        let mut writer = VertexWriter::<T, _>::new(sink);
+        let mut value = RunningSum::<T>::new(1.0);
+        for group in events.chunk_by(|a, b| a >> 32 == b >> 32) {
+            for &event in group {
+                let step = &steps[event as u32 as usize];
+                (0..T::CHANNELS).for_each(|channel| value.add(channel, step.as_ref()[channel]));
+            }
+            let z = f32::from_bits((group[0] >> 32) as u32);
+            writer.line_to(z, writer.value());
+            let after = T::sum_from_channels(|channel| {
+                let last = self.final_value.as_ref()[channel];
+                if f64::from(z) >= self.settled.as_ref()[channel] {
+                    last
+                } else {
+                    value.channel(channel).max(last)
+                }
+            });
+            writer.line_to(z, after);
+        }
+    }
+
+    /// The sweep where some functions have ramps.
+    fn sweep_ramps(self, sink: impl FnMut(SumVertex<T>)) {
+        self.sweep.gather_ramps(self.functions);
+        let VisibilitySweep { events, steps, slopes, slope } = self.sweep;
+        events.sort_unstable();
+
+        let mut writer = VertexWriter::<T, _>::new(sink);
+        let mut value = RunningSum::<T>::new(1.0);
+        let mut here = 0.0;
+        for group in events.chunk_by(|a, b| a >> 32 == b >> 32) {
+            let z = f32::from_bits((group[0] >> 32) as u32);
+            let length = f64::from(z) - here;
+            here = f64::from(z);
+            for (channel, slope) in slope.iter().enumerate() {
+                if !slope.is_empty() {
+                    value.add(channel, slope.value().0 * length);
+                }
+            }
+            let before = value.value();
+            let mut stepped = T::sum_from_channels(|_| 0.0);
+            for &event in group {
+                let index = event as u32 as usize;
+                let (step, change) = (&steps[index], &slopes[index]);
+                for (channel, slope) in slope.iter_mut().enumerate() {
+                    let height = step.as_ref()[channel];
+                    if height != 0.0 {
+                        value.add(channel, height);
+                        stepped.as_mut()[channel] = 1.0;
+                    }
+                    for term in [-change.ends.as_ref()[channel], change.starts.as_ref()[channel]] {
+                        if term != 0.0 {
+                            slope.add(term);
+                        }
+                    }
+                }
+            }
+            let settle = |channel: usize, value: f64| {
+                let last = self.final_value.as_ref()[channel];
+                if here >= self.settled.as_ref()[channel] { last } else { value.max(last) }
+            };
+            // Where a ramp ends at the final value, rounding must not leave a
+            // step.
+            let before = T::sum_from_channels(|channel| {
+                let (last, value) = (self.final_value.as_ref()[channel], before.as_ref()[channel]);
+                if stepped.as_ref()[channel] == 0.0 {
+                    settle(channel, value)
+                } else {
+                    value.max(last)
+                }
+            });
+            writer.line_to(z, before);
+            writer.line_to(
+                z,
+                T::sum_from_channels(|channel| {
+                    if stepped.as_ref()[channel] == 0.0 {
+                        before.as_ref()[channel]
+                    } else {
+                        settle(channel, value.channel(channel))
+                    }
+                }),
+            );
+        }
+    }
+}
+
+impl<T: Transmittance> VisibilitySweep<T> {
+    /// Lists the steps and slopes of all functions.
+    fn gather_ramps(&mut self, functions: &[(f64, &TransmittanceFunction<T>)]) {
+        self.events.clear();
+        self.steps.clear();
+        self.slopes.clear();
+        self.slope.iter_mut().for_each(ExactSum::clear);
+        for (weight, function) in contributing(functions) {
+            let mut ends = T::sum_from_channels(|_| 0.0);
+            let mut vertices = function.vertices.iter().peekable();
+            while let Some(&before) = vertices.next() {
+                let after =
+                    vertices.next_if(|vertex| vertex.z == before.z).copied().unwrap_or(before);
+                let starts = vertices.peek().map_or(T::sum_from_channels(|_| 0.0), |next| {
+                    let length = f64::from(next.z) - f64::from(after.z);
+                    let fall = difference::<T>(weight, after.value, next.value);
+                    T::sum_from_channels(|channel| fall.as_ref()[channel] / length)
+                });
+                self.events.push(event(before.z, self.steps.len()));
+                self.steps.push(difference::<T>(weight, before.value, after.value));
+                self.slopes.push(SlopeChange { ends, starts });
+                ends = starts;
+            }
+        }
+    }
+}
+
+/// The functions that count, with their weights.
+fn contributing<'a, T: Transmittance>(
+    functions: &'a [(f64, &'a TransmittanceFunction<T>)],
+) -> impl Iterator<Item = (f64, &'a TransmittanceFunction<T>)> {
+    functions.iter().copied().filter(|&(weight, _)| weight > 0.0)
+}
+
+/// A sort key: fewer than 2³² vertices come together.
+fn event(z: f32, index: usize) -> u64 {
+    u64::from(z.to_bits()) << 32 | u64::from(index as u32)
+}
+
+/// weight · (to − from), channel by channel.
+fn difference<T: Transmittance>(weight: f64, from: T::Sum, to: T::Sum) -> T::Sum {
+    T::sum_from_channels(|channel| weight * (to.as_ref()[channel] - from.as_ref()[channel]))
+}
+
+/// The depth from which on `channel` of `function` keeps its final value.
+fn settled_at<T: Transmittance>(function: &TransmittanceFunction<T>, channel: usize) -> f64 {
+    let vertices = &function.vertices;
+    let last = function.last().as_ref()[channel];
+    let first = vertices.partition_point(|vertex| vertex.value.as_ref()[channel] > last);
+    vertices.get(first).map_or(f64::NEG_INFINITY, |vertex| f64::from(vertex.z))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{RayHits, SurfaceHit};
+
+    fn surface(depth: f32, opacity: f32) -> TransmittanceFunction<f32> {
+        let mut hits = RayHits::default();
+        hits.push_surface(SurfaceHit { depth, opacity }).unwrap();
+        TransmittanceFunction::new(&hits, 0.01)
+    }
+
+    fn slab(near: f32, far: f32, opacity: f32) -> TransmittanceFunction<f32> {
+        let mut hits = RayHits::default();
+        hits.push_slab(near, far, opacity).unwrap();
+        // One chord: the middle of the slab is a straight ramp.
+        TransmittanceFunction::new(&hits, 0.9)
+    }
+
+    fn swept(functions: &[(f64, &TransmittanceFunction<f32>)]) -> Vec<(f32, f64)> {
+        let mut sweep = VisibilitySweep::default();
+        let sum = sweep.over(functions);
+        let last = sum.final_value()[0];
+        let mut vertices = Vec::new();
+        sum.run(|vertex| vertices.push((vertex.z, vertex.value[0])));
+        assert_eq!(vertices.last().map_or(1.0, |&(_, value)| value), last);
+        vertices
+    }
+
+    #[test]
+    fn steps_at_one_depth_are_one_step() {
+        let (a, b, c) = (surface(2.0, 0.5), surface(2.0, 1.0), surface(1.0, 0.5));
+        assert_eq!(
+            swept(&[(0.25, &a), (0.25, &b), (0.5, &c)]),
+            [(1.0, 1.0), (1.0, 0.75), (2.0, 0.75), (2.0, 0.375)]
+        );
+    }
+
+    #[test]
+    fn ramps_and_steps_add() {
+        let (step, ramp) = (surface(2.0, 1.0), slab(1.0, 3.0, 0.5));
+        assert_eq!(
+            swept(&[(0.5, &step), (0.5, &ramp)]),
+            [(1.0, 1.0), (2.0, 0.875), (2.0, 0.375), (3.0, 0.25)]
+        );
+    }
+
+    #[test]
+    fn one_function_passes_unchanged() {
+        let ramp = slab(1.0, 3.0, 0.3);
+        let alone: Vec<_> =
+            ramp.vertices().iter().map(|vertex| (vertex.z, vertex.value[0])).collect();
+        assert_eq!(swept(&[(0.0, &surface(1.0, 1.0)), (1.0, &ramp)]), alone);
+    }
+
+    #[test]
+    fn all_blocked_is_exactly_zero() {
+        let blocked: Vec<_> = (0..10_u8).map(|z| surface(f32::from(z), 1.0)).collect();
+        let functions: Vec<_> = blocked.iter().map(|function| (0.1, function)).collect();
+        assert_eq!(swept(&functions).last(), Some(&(9.0, 0.0)));
+    }
+
+    #[test]
+    fn nothing_contributing_is_clear() {
+        assert_eq!(swept(&[]), []);
+        assert_eq!(swept(&[(0.0, &surface(1.0, 1.0)), (f64::NAN, &surface(1.0, 1.0))]), []);
+    }
+
+    #[test]
+    fn rounding_to_f32_leaves_no_empty_step() {
+        let (faint, half) = (surface(1.0, 2.0_f32.powi(-24)), surface(2.0, 0.5));
+        let functions = [(0.125, &faint), (0.875, &half)];
+        let function = VisibilitySweep::default().over(&functions).visibility_function();
+        assert_eq!(function.view().depths(), [1.0, 2.0, 2.0]);
+        assert_eq!(function.view().columns(), [1.0, 1.0, 0.5625]);
+    }
+}
