@@ -1,0 +1,247 @@
+//! How far apart two visibility functions are.
+
+use crate::Vertex;
+use crate::polyline::Polyline;
+
+/// The difference of two functions of one pixel, in the L∞ norm that bounds
+/// are stated in (Lokovic & Veach 2000, §3.3) and on average.
+///
+/// Exact up to `f64` rounding: between neighbouring vertices of the two both
+/// are linear, so the largest difference stands at one side of a vertex.
+///
+/// ```
+/// use dsm_core::{Vertex, VisibilityDifference, VisibilityFunction};
+///
+/// let step = [(2.0, 1.0), (2.0, 0.5)].map(|(z, value)| Vertex::new(z, value));
+/// let ramp = [(2.0, 1.0), (4.0, 0.5)].map(|(z, value)| Vertex::new(z, value));
+/// let (step, ramp) = (VisibilityFunction::new(step)?, VisibilityFunction::new(ramp)?);
+/// let difference = VisibilityDifference::between(&step, &ramp);
+/// assert_eq!((difference.max(), difference.depth()), (0.5, 2.0));
+/// assert_eq!(difference.mean(), 0.25);
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct VisibilityDifference {
+    max: f64,
+    depth: f32,
+    channel: usize,
+    mean: f64,
+}
+
+impl VisibilityDifference {
+    /// The difference of `a` and `b`. O(n + m), allocates nothing.
+    #[must_use]
+    pub fn between<A, B>(a: &A, b: &B) -> Self
+    where
+        A: Polyline + ?Sized,
+        B: Polyline<Sum = A::Sum> + ?Sized,
+    {
+        let (mut a, mut b) = (Walk::new(a), Walk::new(b));
+        let mut difference = Self::default();
+        let mut first = None;
+        // The last knot: its depth and the signed differences behind it.
+        let mut last: Option<(f32, A::Sum)> = None;
+        let mut channels = 0;
+        let mut integral = 0.0;
+        let mut sides = 0.0;
+        while let Some(z) = earlier(a.next_depth(), b.next_depth()) {
+            let [before, at] = match (a.advance(z), b.advance(z)) {
+                (Some(a), Some(b)) => [0, 1].map(|side| zip(a[side], b[side], |a, b| a - b)),
+                // Before its first vertex the other is clear.
+                (Some(a), None) => a.map(|side| zip(side, side, |a, _| a - 1.0)),
+                (None, Some(b)) => b.map(|side| zip(side, side, |b, _| 1.0 - b)),
+                (None, None) => break,
+            };
+            for side in [&before, &at] {
+                for (channel, value) in side.as_ref().iter().enumerate() {
+                    sides += value.abs();
+                    if value.abs() > difference.max {
+                        difference.max = value.abs();
+                        difference.depth = z;
+                        difference.channel = channel;
+                    }
+                }
+            }
+            if let Some((last_z, behind)) = last {
+                let length = f64::from(z) - f64::from(last_z);
+                let ends = behind.as_ref().iter().zip(before.as_ref());
+                integral += ends.map(|(&from, &to)| length * mean_magnitude(from, to)).sum::<f64>();
+            }
+            channels = at.as_ref().len();
+            first = first.or(Some(z));
+            last = Some((z, at));
+        }
+        if let (Some(first), Some((last, _))) = (first, last) {
+            let length = f64::from(last) - f64::from(first);
+            let sum = if length > 0.0 { integral / length } else { sides / 2.0 };
+            difference.mean = sum / channels as f64;
+        }
+        difference
+    }
+
+    /// The largest difference at any depth, in any channel.
+    #[must_use]
+    pub const fn max(&self) -> f64 {
+        self.max
+    }
+
+    /// The first depth of the largest difference; 0 if there is none.
+    #[must_use]
+    pub const fn depth(&self) -> f32 {
+        self.depth
+    }
+
+    /// The channel of the largest difference.
+    #[must_use]
+    pub const fn channel(&self) -> usize {
+        self.channel
+    }
+
+    /// ∫ |a − b| dz from the first vertex of either to the last, over its
+    /// length, averaged over the channels. Where all vertices share one depth:
+    /// the mean of the differences at its two sides.
+    #[must_use]
+    pub const fn mean(&self) -> f64 {
+        self.mean
+    }
+}
+
+/// The mean of |f| where f is linear between `from` and `to`.
+fn mean_magnitude(from: f64, to: f64) -> f64 {
+    let (start, end) = (from.abs(), to.abs());
+    if from.is_sign_negative() == to.is_sign_negative() || start + end == 0.0 {
+        0.5 * (start + end)
+    } else {
+        // Two triangles that meet where f crosses 0.
+        0.5 * (start * start + end * end) / (start + end)
+    }
+}
+
+/// The smaller of two depths that may be missing.
+fn earlier(a: Option<f32>, b: Option<f32>) -> Option<f32> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(a.min(b)),
+        _ => a.or(b),
+    }
+}
+
+/// Combines two values channel by channel.
+fn zip<S: Copy + AsRef<[f64]> + AsMut<[f64]>>(a: S, b: S, combine: impl Fn(f64, f64) -> f64) -> S {
+    let mut combined = a;
+    for (channel, &b) in combined.as_mut().iter_mut().zip(b.as_ref()) {
+        *channel = combine(*channel, b);
+    }
+    combined
+}
+
+/// A function that is evaluated at ascending depths.
+struct Walk<'a, P: Polyline + ?Sized> {
+    function: &'a P,
+    /// The vertex before the next one.
+    previous: Option<Vertex<P::Sum>>,
+    next: Option<Vertex<P::Sum>>,
+    /// How many vertices lie before `next`.
+    passed: usize,
+}
+
+impl<'a, P: Polyline + ?Sized> Walk<'a, P> {
+    fn new(function: &'a P) -> Self {
+        let mut walk = Self { function, previous: None, next: None, passed: 0 };
+        walk.next = walk.vertex(0);
+        walk
+    }
+
+    fn vertex(&self, index: usize) -> Option<Vertex<P::Sum>> {
+        (index < self.function.vertex_count()).then(|| self.function.sum_vertex(index))
+    }
+
+    fn next_depth(&self) -> Option<f32> {
+        self.next.map(|vertex| vertex.z)
+    }
+
+    /// The values from the light's side of `z` and at `z`, which is neither
+    /// before the last `z` nor behind the next vertex; steps over the
+    /// vertices at `z`. None before the first vertex.
+    fn advance(&mut self, z: f32) -> Option<[P::Sum; 2]> {
+        let before = match (self.previous, self.next) {
+            (Some(previous), None) => previous.value,
+            (Some(previous), Some(next)) => {
+                let (near, far) = (f64::from(previous.z), f64::from(next.z));
+                let share = (f64::from(z) - near) / (far - near);
+                zip(previous.value, next.value, |from, to| from + (to - from) * share)
+            }
+            (None, Some(next)) if next.z <= z => zip(next.value, next.value, |_, _| 1.0),
+            (None, _) => return None,
+        };
+        let mut at = before;
+        while let Some(vertex) = self.next
+            && vertex.z <= z
+        {
+            at = vertex.value;
+            self.previous = self.next;
+            self.passed += 1;
+            self.next = self.vertex(self.passed);
+        }
+        Some([before, at])
+    }
+}
+
+/// The differences of many pixels: a tile, a level or a map.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DifferenceSummary {
+    worst: Option<(usize, VisibilityDifference)>,
+    means: f64,
+    pixels: usize,
+}
+
+impl DifferenceSummary {
+    /// Counts one pixel in.
+    pub fn add(&mut self, pixel: usize, difference: VisibilityDifference) {
+        self.means += difference.mean;
+        self.pixels += 1;
+        self.keep_worst(pixel, difference);
+    }
+
+    /// Counts in the pixels of another summary.
+    pub fn merge(&mut self, other: &Self) {
+        self.means += other.means;
+        self.pixels += other.pixels;
+        if let Some((pixel, difference)) = other.worst {
+            self.keep_worst(pixel, difference);
+        }
+    }
+
+    /// Of equals the first pixel, whatever order they come in.
+    fn keep_worst(&mut self, pixel: usize, difference: VisibilityDifference) {
+        let replaces = self.worst.is_none_or(|(worst, kept)| {
+            difference.max > kept.max || (difference.max == kept.max && pixel < worst)
+        });
+        if replaces {
+            self.worst = Some((pixel, difference));
+        }
+    }
+
+    /// The largest difference of any pixel; 0 without pixels.
+    #[must_use]
+    pub fn max(&self) -> f64 {
+        self.worst.map_or(0.0, |(_, difference)| difference.max)
+    }
+
+    /// The pixel of the largest difference, the first if several have it.
+    #[must_use]
+    pub const fn worst(&self) -> Option<(usize, VisibilityDifference)> {
+        self.worst
+    }
+
+    /// The mean of the pixels' means; 0 without pixels.
+    #[must_use]
+    pub fn mean(&self) -> f64 {
+        if self.pixels == 0 { 0.0 } else { self.means / self.pixels as f64 }
+    }
+
+    /// Number of pixels counted in.
+    #[must_use]
+    pub const fn pixels(&self) -> usize {
+        self.pixels
+    }
+}
