@@ -1,1 +1,39 @@
 //! The `.dsm` file format, and deep OpenEXR.
+//!
+//! A `.dsm` file holds a deep shadow map in tiles, in as many levels as it
+//! has; `docs/format/dsm-1.md` is the format's definition. [`MapWriter`]
+//! writes one, tile by tile, and [`MapReader`] reads it, in place where it
+//! can. [`Container`] and [`ContainerWriter`] do the same for maps of any
+//! kind: they know sections and tiles, not what those mean.
+
+mod achieved_error;
+mod any;
+mod attribute;
+mod codec;
+mod columns;
+mod error;
+mod format;
+mod limits;
+mod metadata;
+mod reader;
+mod source;
+mod tile;
+mod writer;
+
+pub use achieved_error::AchievedError;
+pub use any::AnyDeepMap;
+pub use attribute::Attribute;
+pub use codec::{Block, Codec, EncodedTile};
+pub use error::{Error, Place, Result};
+pub use format::container::Container;
+pub use format::directory::{TileDirectory, TileEntry};
+pub use format::level::Level;
+pub use format::section::SectionKind;
+pub use format::tile_id::{TileId, TileRect};
+pub use format::write::ContainerWriter;
+pub use limits::Limits;
+pub use metadata::Metadata;
+pub use reader::MapReader;
+pub use source::{MappedFile, Memory, Source};
+pub use tile::Tile;
+pub use writer::{MapWriter, WriteOptions, write_map};

@@ -1,0 +1,47 @@
+//! The error that stored functions have.
+
+/// The error of stored visibility functions against what they stand for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AchievedError {
+    /// The largest |V′(z) − V(z)| of all pixels, depths and channels.
+    pub max: f32,
+    /// The mean over all pixels of a pixel's error, as whoever compressed it
+    /// measured that; at most `max`.
+    pub mean: f32,
+}
+
+impl AchievedError {
+    /// No error at all.
+    pub const NONE: Self = Self { max: 0.0, mean: 0.0 };
+
+    /// How far `max` may pass a stated tolerance: the chord error that curved
+    /// stretches have at tolerance 0 (5e-7), and the rounding of values near
+    /// 1 to `f32`.
+    pub const SLACK: f32 = 1e-6;
+
+    /// Whether the error keeps to a stated tolerance.
+    #[must_use]
+    pub fn is_within(self, tolerance: f32) -> bool {
+        self.max <= tolerance + Self::SLACK
+    }
+
+    /// Which rule the error breaks, if any.
+    pub(crate) fn broken_rule(self) -> Option<&'static str> {
+        let ordered = 0.0 <= self.mean && self.mean <= self.max && self.max <= 1.0;
+        (!ordered).then_some("errors must lie in [0, 1], the mean not above the largest")
+    }
+
+    /// The error of parts with these numbers of pixels, in `f64` in the order
+    /// of the parts.
+    pub(crate) fn of_parts(parts: impl IntoIterator<Item = (Self, u64)>) -> Self {
+        let (mut max, mut sum, mut pixels) = (0.0_f32, 0.0_f64, 0_u64);
+        for (error, count) in parts {
+            max = max.max(error.max);
+            sum += f64::from(error.mean) * count as f64;
+            pixels += count;
+        }
+        let mean = (sum / pixels.max(1) as f64) as f32;
+        // The sum's rounding can lift it by a hair.
+        Self { max, mean: mean.min(max) }
+    }
+}

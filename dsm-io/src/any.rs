@@ -1,0 +1,59 @@
+//! The one place where the number of channels is decided at run time.
+
+use dsm_core::{DeepMap, MapInfo, Rgb};
+
+use crate::{MapReader, Result};
+
+/// A deep map of either number of channels.
+#[derive(Clone, Debug, PartialEq)]
+pub enum AnyDeepMap {
+    /// One channel.
+    Mono(DeepMap<f32>),
+    /// Three channels.
+    Rgb(DeepMap<Rgb>),
+}
+
+impl AnyDeepMap {
+    /// Reads a level of a map.
+    ///
+    /// # Errors
+    ///
+    /// As [`MapReader::read_map`].
+    pub fn read(reader: &MapReader, level: u32) -> Result<Self> {
+        if reader.metadata().channels == 1 {
+            reader.read_map(level).map(Self::Mono)
+        } else {
+            reader.read_map(level).map(Self::Rgb)
+        }
+    }
+
+    /// Number of channels: 1 or 3.
+    #[must_use]
+    pub const fn channels(&self) -> u8 {
+        match self {
+            Self::Mono(_) => 1,
+            Self::Rgb(_) => 3,
+        }
+    }
+
+    /// What the map says of itself.
+    #[must_use]
+    pub const fn info(&self) -> &MapInfo {
+        match self {
+            Self::Mono(map) => map.info(),
+            Self::Rgb(map) => map.info(),
+        }
+    }
+}
+
+impl From<DeepMap<f32>> for AnyDeepMap {
+    fn from(map: DeepMap<f32>) -> Self {
+        Self::Mono(map)
+    }
+}
+
+impl From<DeepMap<Rgb>> for AnyDeepMap {
+    fn from(map: DeepMap<Rgb>) -> Self {
+        Self::Rgb(map)
+    }
+}

@@ -1,0 +1,200 @@
+//! Codec 0: depths and values as they are in memory.
+//!
+//! Columns, in words: the pixel table (where each pixel's vertices start, and
+//! the end); for coloured maps where each pixel's values start, and one bit a
+//! pixel whether it has one channel only; the depths; the values.
+
+use dsm_core::{PixelLists, PixelListsView, Transmittance};
+
+use super::packed::{Prediction, pack, unpack};
+use super::{Block, Codec, EncodedTile, words};
+use crate::error::{Place, check_limit};
+use crate::format::directory::TileEntry;
+use crate::format::tile_id::TileRect;
+use crate::{Error, Limits, Result, Tile};
+
+/// How the columns are predicted in a packed block.
+const PREDICTIONS: [Prediction; COLUMNS] = [
+    Prediction::Difference,
+    Prediction::Difference,
+    Prediction::None,
+    Prediction::None,
+    Prediction::None,
+];
+
+const COLUMNS: usize = 5;
+
+pub(super) fn encode<T: Transmittance>(
+    pixels: PixelListsView<'_, T>,
+    block: Block,
+) -> Result<EncodedTile> {
+    if pixels.vertex_count() == 0 {
+        return Ok(EncodedTile::default());
+    }
+    let flags = if T::CHANNELS == 1 { Vec::new() } else { mono_flags(pixels) };
+    let columns: [&[u32]; COLUMNS] = [
+        pixels.starts(),
+        pixels.value_starts(),
+        &flags,
+        bytemuck::cast_slice(pixels.depths()),
+        bytemuck::cast_slice(pixels.values()),
+    ];
+    let raw_length = columns.iter().map(|column| column.len() * 4).sum();
+    let packed = match block {
+        Block::Plain => None,
+        Block::Zstd => Some(
+            pack(&std::array::from_fn::<_, COLUMNS, _>(|column| {
+                (columns[column], PREDICTIONS[column])
+            }))
+            .map_err(Error::io("compress a tile"))?,
+        ),
+    };
+    let (bytes, block) = match packed {
+        Some(packed) if packed.len() < raw_length => (packed, Block::Zstd),
+        _ => {
+            let mut plain = Vec::with_capacity(raw_length);
+            columns.iter().for_each(|column| words::append(column, &mut plain));
+            (plain, Block::Plain)
+        }
+    };
+    let [z_min, z_max] = depth_range(pixels);
+    Ok(EncodedTile {
+        bytes,
+        raw_length: raw_length as u64,
+        vertex_count: pixels.vertex_count() as u64,
+        z_min,
+        z_max,
+        depth_error: 0.0,
+        codec: Codec::Exact.tag(),
+        block: block.tag(),
+    })
+}
+
+/// One bit a pixel, lowest first: set where one column stands for all.
+fn mono_flags<T: Transmittance>(pixels: PixelListsView<'_, T>) -> Vec<u32> {
+    let mut flags = vec![0; pixels.pixel_count().div_ceil(32)];
+    for (index, function) in pixels.functions().enumerate() {
+        flags[index / 32] |= u32::from(function.is_mono()) << (index % 32);
+    }
+    flags
+}
+
+/// The smallest and the largest depth. Each pixel's are sorted.
+fn depth_range<T: Transmittance>(pixels: PixelListsView<'_, T>) -> [f32; 2] {
+    let mut range = [f32::INFINITY, 0.0_f32];
+    for function in pixels.functions() {
+        if let [first, .., last] | [first @ last] = function.depths() {
+            range = [range[0].min(*first), range[1].max(*last)];
+        }
+    }
+    // Not -0, so that one range has one encoding.
+    range.map(|z| z + 0.0)
+}
+
+/// Lengths of the columns, in words.
+fn column_lengths(
+    entry: &TileEntry,
+    rect: TileRect,
+    channels: usize,
+    place: Place,
+    limits: &Limits,
+) -> Result<[usize; COLUMNS]> {
+    check_limit("pixels of a tile", rect.pixel_count(), limits.max_pixels)?;
+    check_limit("bytes of a tile", entry.raw_length, limits.max_chunk_bytes)?;
+    let refuse = |reason| Err(Error::invalid(place, reason));
+    let coloured = u64::from(channels > 1);
+    let pixels = rect.pixel_count();
+    let starts = pixels + 1;
+    let flags = coloured * pixels.div_ceil(32);
+    let table = starts * (1 + coloured) + flags;
+    if !entry.raw_length.is_multiple_of(4) {
+        return refuse("its length is not a multiple of 4");
+    }
+    let vertices = entry.vertex_count;
+    let values = (entry.raw_length / 4).checked_sub(table).and_then(|n| n.checked_sub(vertices));
+    let Some(values) = values else {
+        return refuse("its length has no room for its pixels and vertices");
+    };
+    let most = vertices.saturating_mul(channels as u64).min(u32::MAX.into());
+    if vertices == 0 || !(vertices..=most).contains(&values) {
+        return refuse("its length does not fit its number of vertices");
+    }
+    // All are below the length, which the limit holds to a machine's size.
+    Ok([starts, coloured * starts, flags, vertices, values].map(|length| length as usize))
+}
+
+/// Decodes a payload whose checksum was found right, in place if it can.
+pub(crate) fn decode<'a, T: Transmittance>(
+    payload: &'a [u8],
+    entry: &TileEntry,
+    rect: TileRect,
+    place: Place,
+    limits: &Limits,
+) -> Result<Tile<'a, T>> {
+    let lengths = column_lengths(entry, rect, T::CHANNELS, place, limits)?;
+    let size = (rect.width, rect.height);
+    let not_valid = |error| Error::Function { place, error };
+    let refuse = |reason: &'static str| Error::invalid(place, reason);
+    let (tile, flags) = match Block::from_tag(entry.block) {
+        Some(Block::Plain) => {
+            if payload.len() as u64 != entry.raw_length {
+                return Err(refuse("a plain tile is as long as its columns"));
+            }
+            match words::from_bytes(payload) {
+                std::borrow::Cow::Borrowed(words) => {
+                    let [starts, value_starts, flags, z, values] = split(words, lengths);
+                    let (z, values) = (bytemuck::cast_slice(z), bytemuck::cast_slice(values));
+                    let pixels = PixelListsView::new(size, starts, value_starts, z, values);
+                    (Tile::Borrowed(pixels.map_err(not_valid)?), flags.to_vec())
+                }
+                std::borrow::Cow::Owned(words) => {
+                    let columns = split(&words, lengths).map(<[u32]>::to_vec);
+                    own(size, columns).map_err(not_valid)?
+                }
+            }
+        }
+        Some(Block::Zstd) => {
+            let mut index = 0;
+            let columns = lengths.map(|length| {
+                index += 1;
+                (length, PREDICTIONS[index - 1])
+            });
+            let columns = unpack(payload, columns).map_err(refuse)?;
+            own(size, columns).map_err(not_valid)?
+        }
+        None => {
+            return Err(Error::Unsupported { place, what: format!("block {}", entry.block) });
+        }
+    };
+    let pixels = tile.view();
+    if T::CHANNELS > 1 && mono_flags(pixels) != flags {
+        return Err(refuse("its mono flags do not fit its pixel tables"));
+    }
+    if depth_range(pixels) != [entry.z_min, entry.z_max] {
+        return Err(refuse("its depths are not the range that its directory entry states"));
+    }
+    if entry.depth_error != 0.0 {
+        return Err(refuse("exact depths are stated to have an error"));
+    }
+    Ok(tile)
+}
+
+/// The columns of these lengths, which are as long as `words` together.
+fn split<const N: usize>(mut words: &[u32], lengths: [usize; N]) -> [&[u32]; N] {
+    lengths.map(|length| {
+        let (column, rest) = words.split_at(length);
+        words = rest;
+        column
+    })
+}
+
+type Owned<T> = (Tile<'static, T>, Vec<u32>);
+
+fn own<T: Transmittance>(
+    size: (u32, u32),
+    [starts, value_starts, flags, z, values]: [Vec<u32>; COLUMNS],
+) -> dsm_core::Result<Owned<T>> {
+    let [z, values] = [z, values].map(|bits| bits.into_iter().map(f32::from_bits).collect());
+    let pixels = PixelLists::new(size, starts, value_starts, z, values)?;
+    Ok((Tile::Owned(pixels), flags))
+}

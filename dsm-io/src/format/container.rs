@@ -1,0 +1,279 @@
+//! A file's sections, levels and tiles, whatever they mean.
+
+use std::path::{Path, PathBuf};
+
+use super::directory::{ENTRY_BYTES, TileDirectory, TileEntry};
+use super::extent::check_cover;
+use super::level::{LEVEL_BYTES, Level, broken_order};
+use super::prologue::Prologue;
+use super::section::{SECTION_ENTRY_BYTES, Section, SectionKind};
+use super::tile_id::{TileId, TileRect};
+use crate::error::{Place, check_limit};
+use crate::source::{MappedFile, Memory, Source};
+use crate::{Error, Limits, Result};
+
+/// An open `.dsm` file of any kind of map.
+///
+/// Opening checks every length against the file and the [`Limits`] before
+/// memory is taken for it, that the parts of the file cover it exactly, and
+/// the checksums of all it reads: everything but the tiles and unknown
+/// sections. O(t log t) for t tiles.
+#[derive(Debug)]
+pub struct Container {
+    source: Box<dyn Source>,
+    path: Option<PathBuf>,
+    minor: u16,
+    sections: Vec<Section>,
+    levels: Vec<Level>,
+    directories: Vec<TileDirectory>,
+}
+
+impl Container {
+    /// Maps a file into memory.
+    ///
+    /// Another process that truncates the file while it is mapped makes the
+    /// operating system end this one (SIGBUS). Files written by this crate
+    /// are replaced whole and never truncated; where others may do so, use
+    /// [`Self::open_in_memory`].
+    ///
+    /// # Errors
+    ///
+    /// [`Error::File`], naming the file, with what is wrong with it.
+    pub fn open(path: impl AsRef<Path>, limits: &Limits) -> Result<Self> {
+        let path = path.as_ref();
+        MappedFile::open(path)
+            .and_then(|source| Self::read(Box::new(source), Some(path), limits))
+            .map_err(|error| error.in_file(Some(path)))
+    }
+
+    /// Reads a whole file into memory.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::open`].
+    pub fn open_in_memory(path: impl AsRef<Path>, limits: &Limits) -> Result<Self> {
+        let path = path.as_ref();
+        Memory::read(path, limits.max_in_memory_bytes)
+            .and_then(|source| Self::read(Box::new(source), Some(path), limits))
+            .map_err(|error| error.in_file(Some(path)))
+    }
+
+    /// Opens a file that `source` holds.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with it.
+    pub fn from_source(source: impl Source + 'static, limits: &Limits) -> Result<Self> {
+        Self::read(Box::new(source), None, limits)
+    }
+
+    fn read(source: Box<dyn Source>, path: Option<&Path>, limits: &Limits) -> Result<Self> {
+        let file = source.bytes();
+        let prologue = Prologue::decode(file, file.len() as u64)?;
+        let sections = read_sections(file, &prologue, limits)?;
+        let (levels, directories) = read_levels(file, &sections, prologue.minor, limits)?;
+        let metadata = find(&sections, SectionKind::METADATA)?;
+        check_limit("bytes of metadata", metadata.1.extent.length, limits.max_header_bytes)?;
+        metadata.1.extent.bytes(file, metadata.1.place(metadata.0))?;
+        let mut extents =
+            vec![(Prologue::extent(), Place::Prologue), (prologue.table, Place::SectionTable)];
+        extents.extend(
+            (0..).zip(&sections).map(|(index, section)| (section.extent, section.place(index))),
+        );
+        extents.extend(
+            directories
+                .iter()
+                .flat_map(TileDirectory::iter)
+                .filter(|(_, entry)| !entry.is_empty())
+                .map(|(id, entry)| (entry.extent(), Place::Entry(id))),
+        );
+        check_cover(extents, prologue.file_length)?;
+        let path = path.map(Path::to_owned);
+        Ok(Self { path, minor: prologue.minor, sections, levels, directories, source })
+    }
+
+    /// The file's path, if it has one.
+    #[must_use]
+    pub fn path(&self) -> Option<&Path> {
+        self.path.as_deref()
+    }
+
+    /// The file's major and minor version.
+    #[must_use]
+    pub const fn version(&self) -> [u16; 2] {
+        [super::version::MAJOR, self.minor]
+    }
+
+    /// Length of the file, in bytes.
+    #[must_use]
+    pub fn file_length(&self) -> u64 {
+        self.source.bytes().len() as u64
+    }
+
+    /// The levels, finest first, view by view.
+    #[must_use]
+    pub fn levels(&self) -> &[Level] {
+        &self.levels
+    }
+
+    /// The level with this index.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NoSuchLevel`].
+    pub fn level(&self, level: u32) -> Result<&Level> {
+        self.levels.get(level as usize).ok_or(Error::NoSuchLevel(level))
+    }
+
+    /// The tile directory of the level with this index.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NoSuchLevel`].
+    pub fn directory(&self, level: u32) -> Result<&TileDirectory> {
+        self.directories.get(level as usize).ok_or(Error::NoSuchLevel(level))
+    }
+
+    /// The directory entry of a tile, and the pixels that it covers.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NoSuchTile`].
+    pub fn entry(&self, id: TileId) -> Result<(&TileEntry, TileRect)> {
+        let rect = self.levels.get(id.level as usize).and_then(|level| level.tile_rect(id.x, id.y));
+        let directory = self.directories.get(id.level as usize);
+        let entry = directory.and_then(|directory| directory.get(id.x, id.y));
+        entry.zip(rect).ok_or(Error::NoSuchTile(id))
+    }
+
+    /// The stored bytes of a tile, their checksum checked; none if the tile
+    /// is empty. O(bytes).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Checksum`] or [`Error::NoSuchTile`].
+    pub fn payload(&self, id: TileId) -> Result<&[u8]> {
+        let (entry, _) = self.entry(id)?;
+        if entry.is_empty() {
+            return Ok(&[]);
+        }
+        entry.extent().bytes(self.source.bytes(), entry.place(id))
+    }
+
+    /// The metadata, one JSON object.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Checksum`], if it changed since the file was opened.
+    pub fn metadata(&self) -> Result<&[u8]> {
+        let (index, section) = find(&self.sections, SectionKind::METADATA)?;
+        section.extent.bytes(self.source.bytes(), section.place(index))
+    }
+
+    /// The kind of map that the metadata names.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Metadata`] if it names none.
+    pub fn kind(&self) -> Result<String> {
+        #[derive(serde::Deserialize)]
+        struct Kind {
+            kind: String,
+        }
+        let kind = serde_json::from_slice::<Kind>(self.metadata()?);
+        kind.map(|kind| kind.kind).map_err(|error| Error::Metadata(error.to_string()))
+    }
+
+    /// The kinds of all sections.
+    pub fn sections(&self) -> impl ExactSizeIterator<Item = SectionKind> {
+        self.sections.iter().map(|section| section.kind)
+    }
+
+    /// The bytes of section `index`, their checksum checked.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Checksum`], or [`Error::Caller`] if there is no such section.
+    pub fn section(&self, index: u32) -> Result<&[u8]> {
+        let section = self.sections.get(index as usize);
+        let section =
+            section.ok_or_else(|| Error::caller(format!("there is no section {index}")))?;
+        section.extent.bytes(self.source.bytes(), section.place(index))
+    }
+}
+
+fn read_sections(file: &[u8], prologue: &Prologue, limits: &Limits) -> Result<Vec<Section>> {
+    let place = Place::SectionTable;
+    check_limit("sections", prologue.section_count.into(), limits.max_sections.into())?;
+    let table = prologue.table.bytes(file, place)?;
+    let records = (0..).zip(table.chunks_exact(SECTION_ENTRY_BYTES));
+    records
+        .map(|(index, bytes)| Section::decode(bytes, index, prologue.minor, prologue.file_length))
+        .collect()
+}
+
+/// The only section of a kind, and its index.
+fn find(sections: &[Section], kind: SectionKind) -> Result<(u32, &Section)> {
+    let mut found = (0..).zip(sections).filter(|(_, section)| section.kind == kind);
+    match (found.next(), found.next()) {
+        (Some(section), None) => Ok(section),
+        (None, _) => {
+            Err(Error::invalid(Place::SectionTable, format!("there is no section \"{kind}\"")))
+        }
+        (Some(_), Some((index, section))) => {
+            Err(Error::invalid(section.place(index), "there is another section of this kind"))
+        }
+    }
+}
+
+fn read_levels(
+    file: &[u8],
+    sections: &[Section],
+    minor: u16,
+    limits: &Limits,
+) -> Result<(Vec<Level>, Vec<TileDirectory>)> {
+    let (index, section) = find(sections, SectionKind::LEVELS)?;
+    let place = section.place(index);
+    let count = section.extent.length / LEVEL_BYTES as u64;
+    if count == 0 || !section.extent.length.is_multiple_of(LEVEL_BYTES as u64) {
+        return Err(Error::invalid(place, "it must hold one or more records of 64 bytes"));
+    }
+    check_limit("levels", count, limits.max_levels.into())?;
+    let records = section.extent.bytes(file, place)?.chunks_exact(LEVEL_BYTES);
+    let (mut levels, mut directories) = (Vec::new(), Vec::new());
+    let mut claimed = vec![false; sections.len()];
+    let mut tiles = 0_u64;
+    for (index, record) in (0..).zip(records) {
+        let (level, directory) = Level::decode(record, index, minor)?;
+        let refuse = |reason| Err(Error::invalid(Place::Level(index), reason));
+        let section = match sections.get(directory as usize) {
+            Some(section) if section.kind == SectionKind::DIRECTORY => section,
+            _ => return refuse("its tile directory is no such section"),
+        };
+        if std::mem::replace(&mut claimed[directory as usize], true) {
+            return refuse("its tile directory belongs to another level");
+        }
+        tiles = tiles.saturating_add(level.tile_count());
+        check_limit("tiles", tiles, limits.max_tiles)?;
+        if section.extent.length != level.tile_count() * ENTRY_BYTES as u64 {
+            return refuse("its tile directory does not hold one entry a tile");
+        }
+        let bytes = section.extent.bytes(file, section.place(directory))?;
+        let [columns, _] = level.tiles();
+        let file_length = file.len() as u64;
+        directories.push(TileDirectory::decode(bytes, (index, columns), minor, file_length)?);
+        levels.push(level);
+    }
+    if let Some((index, reason)) = broken_order(&levels) {
+        return Err(Error::invalid(Place::Level(index), reason));
+    }
+    let unclaimed = |(index, section): &(u32, &Section)| {
+        section.kind == SectionKind::DIRECTORY && !claimed[*index as usize]
+    };
+    match (0..).zip(sections).find(unclaimed) {
+        None => Ok((levels, directories)),
+        Some((index, section)) => {
+            Err(Error::invalid(section.place(index), "it belongs to no level"))
+        }
+    }
+}

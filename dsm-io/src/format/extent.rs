@@ -1,0 +1,105 @@
+//! Runs of bytes under one checksum, which tile the file without gaps.
+
+use crc_fast::{CrcAlgorithm, Digest};
+
+use crate::error::Place;
+use crate::{Error, Result};
+
+/// Every extent begins at a multiple of this, in bytes: a cache line.
+pub(super) const ALIGNMENT: u64 = 64;
+
+/// What an extent is filled up with; the checksum covers it.
+const PADDING: [u8; ALIGNMENT as usize] = [0; ALIGNMENT as usize];
+
+/// The zeros that follow `length` bytes.
+pub(super) fn padding(length: u64) -> &'static [u8] {
+    &PADDING[..(length.next_multiple_of(ALIGNMENT) - length) as usize]
+}
+
+/// CRC-32C (Castagnoli) of all parts, one after the other.
+pub(super) fn checksum(parts: &[&[u8]]) -> u32 {
+    let mut digest = Digest::new(CrcAlgorithm::Crc32Iscsi);
+    parts.iter().for_each(|part| digest.update(part));
+    // A 32-bit checksum in a 64-bit word.
+    digest.finalize() as u32
+}
+
+/// A run of bytes of the file, padded with zeros to the next multiple of
+/// [`ALIGNMENT`].
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Extent {
+    /// Where it begins in the file, in bytes.
+    pub(super) offset: u64,
+    /// Its length in bytes, without padding.
+    pub(super) length: u64,
+    /// CRC-32C of its bytes and padding.
+    pub(super) crc: u32,
+}
+
+impl Extent {
+    /// Where the next extent may begin, unless that is past any file.
+    fn end(self) -> Option<u64> {
+        self.offset.checked_add(self.length)?.checked_next_multiple_of(ALIGNMENT)
+    }
+
+    /// Refuses an extent that is not aligned or not wholly in a file of
+    /// `file_length` bytes.
+    pub(super) fn check_inside(self, file_length: u64, place: Place) -> Result<()> {
+        if !self.offset.is_multiple_of(ALIGNMENT) {
+            return Err(Error::invalid(
+                place,
+                format!("its offset {} is not a multiple of {ALIGNMENT}", self.offset),
+            ));
+        }
+        match self.end() {
+            Some(end) if end <= file_length => Ok(()),
+            _ => Err(Error::invalid(
+                place,
+                format!(
+                    "{} bytes at byte {} do not lie in a file of {file_length} bytes",
+                    self.length, self.offset
+                ),
+            )),
+        }
+    }
+
+    /// The extent's bytes, once its checksum and padding are found right.
+    pub(super) fn bytes(self, file: &[u8], place: Place) -> Result<&[u8]> {
+        self.check_inside(file.len() as u64, place)?;
+        // It lies in the file, so the offsets are below the file's length.
+        let (start, length) = (self.offset as usize, self.length as usize);
+        let padded = length.next_multiple_of(ALIGNMENT as usize);
+        let (bytes, padding) = file[start..start + padded].split_at(length);
+        let computed = checksum(&[bytes, padding]);
+        if computed != self.crc {
+            return Err(Error::Checksum { place, stored: self.crc, computed });
+        }
+        if padding.iter().any(|&byte| byte != 0) {
+            return Err(Error::invalid(place, "its padding is not zero"));
+        }
+        Ok(bytes)
+    }
+}
+
+/// Refuses extents that leave a byte of the file uncovered or cover one
+/// twice. Each was found inside the file before. O(n log n).
+pub(super) fn check_cover(mut extents: Vec<(Extent, Place)>, file_length: u64) -> Result<()> {
+    extents.sort_unstable_by_key(|(extent, _)| (extent.offset, extent.length));
+    let mut covered = 0;
+    for (extent, place) in extents {
+        if extent.offset < covered {
+            return Err(Error::invalid(place, "it overlaps another part of the file"));
+        }
+        if extent.offset > covered {
+            let place = Place::Bytes { start: covered, end: extent.offset };
+            return Err(Error::invalid(place, "no part of the file claims them"));
+        }
+        covered = extent.end().unwrap_or(file_length);
+    }
+    if covered == file_length {
+        Ok(())
+    } else {
+        let place = Place::Bytes { start: covered, end: file_length };
+        Err(Error::invalid(place, "no part of the file claims them"))
+    }
+}

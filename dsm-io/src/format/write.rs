@@ -1,0 +1,201 @@
+//! Writes sections and tiles, whatever they mean.
+
+use std::path::Path;
+
+use super::atomic_file::AtomicFile;
+use super::directory::{TileDirectory, TileEntry};
+use super::extent::{Extent, checksum, padding};
+use super::level::{Level, broken_order};
+use super::prologue::{PROLOGUE_BYTES, Prologue};
+use super::section::{Section, SectionKind};
+use super::tile_id::TileId;
+use super::version::MINOR;
+use crate::codec::EncodedTile;
+use crate::{AchievedError, Error, Result};
+
+/// Writes a `.dsm` file of any kind of map.
+///
+/// The file appears under its name when [`Self::finish`] has written all of
+/// it to the disk; until then, and if that never happens, whatever had the
+/// name stays as it was. Memory: 64 bytes a tile.
+pub struct ContainerWriter {
+    file: AtomicFile,
+    levels: Vec<Level>,
+    directories: Vec<TileDirectory>,
+    written: Vec<Vec<bool>>,
+    sections: Vec<Section>,
+    failed: bool,
+}
+
+impl std::fmt::Debug for ContainerWriter {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("ContainerWriter")
+            .field("path", &self.file.path())
+            .field("length", &self.file.length())
+            .field("levels", &self.levels)
+            .finish_non_exhaustive()
+    }
+}
+
+impl ContainerWriter {
+    /// Starts a file that will replace `path`, which may not exist yet. The
+    /// temporary file stands in the same folder.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::File`] if no file can be created there.
+    pub fn create(path: impl AsRef<Path>) -> Result<Self> {
+        let path = path.as_ref();
+        AtomicFile::create(path).and_then(Self::start).map_err(|error| error.in_file(Some(path)))
+    }
+
+    pub(super) fn start(mut file: AtomicFile) -> Result<Self> {
+        // The prologue's place: written last, when all it says is known.
+        file.append(&[0; PROLOGUE_BYTES])?;
+        let (levels, directories) = (Vec::new(), Vec::new());
+        let (written, sections) = (Vec::new(), Vec::new());
+        Ok(Self { file, levels, directories, written, sections, failed: false })
+    }
+
+    /// Adds a level, whose tiles are empty until they are written, and
+    /// returns its index. Views count from 0, and so do each view's levels,
+    /// in the order in which they are added.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Caller`] if the level's sizes or number break a rule.
+    pub fn add_level(&mut self, level: Level) -> Result<u32> {
+        // A level has 2³² records at most.
+        let index = self.levels.len() as u32;
+        self.levels.push(level);
+        let rule = level.broken_rule().or(broken_order(&self.levels).map(|(_, rule)| rule));
+        let rule = rule.or_else(|| {
+            usize::try_from(level.tile_count()).is_err().then_some("a level has too many tiles")
+        });
+        if let Some(rule) = rule {
+            self.levels.pop();
+            return Err(Error::caller(rule));
+        }
+        self.written.push(vec![false; level.tile_count() as usize]);
+        self.directories.push(TileDirectory::clear(index, level.tiles()));
+        Ok(index)
+    }
+
+    /// The levels added so far.
+    #[must_use]
+    pub fn levels(&self) -> &[Level] {
+        &self.levels
+    }
+
+    /// Writes a tile. Tiles come in any order, each at most once; one that
+    /// never comes is empty. The same tiles in the same order give the same
+    /// bytes.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NoSuchTile`], [`Error::WrittenTwice`]; [`Error::Caller`] if
+    /// the error breaks a rule or the level's tolerance; [`Error::File`] if
+    /// the file cannot be written, and then it cannot be finished.
+    pub fn write_tile(
+        &mut self,
+        id: TileId,
+        tile: &EncodedTile,
+        error: AchievedError,
+    ) -> Result<()> {
+        let level = self.levels.get(id.level as usize).ok_or(Error::NoSuchTile(id))?;
+        level.tile_rect(id.x, id.y).ok_or(Error::NoSuchTile(id))?;
+        if let Some(rule) = error.broken_rule() {
+            return Err(Error::caller(format!("{id}: {rule}")));
+        }
+        if !error.is_within(level.tolerance) {
+            return Err(Error::caller(format!(
+                "{id}: its error {} is more than the level's tolerance {}",
+                error.max, level.tolerance
+            )));
+        }
+        let index = id.y as usize * level.tiles()[0] as usize + id.x as usize;
+        if std::mem::replace(&mut self.written[id.level as usize][index], true) {
+            return Err(Error::WrittenTwice(id));
+        }
+        let mut contents = TileEntry { error, ..TileEntry::default() };
+        if !tile.bytes.is_empty() {
+            let Extent { offset, length, crc } = self.append(&tile.bytes)?;
+            contents = TileEntry { offset, stored_length: length, crc, error, ..tile.entry() };
+        }
+        if let Some(entry) = self.directories[id.level as usize].get_mut(id.x, id.y) {
+            *entry = contents;
+        }
+        Ok(())
+    }
+
+    /// Adds an optional section: readers that don't know its kind skip it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::File`] if the file cannot be written; [`Error::Caller`] for a
+    /// kind that this program writes itself.
+    pub fn write_section(&mut self, kind: SectionKind, bytes: &[u8]) -> Result<()> {
+        if kind.is_known() {
+            return Err(Error::caller(format!("section \"{kind}\" is written by the writer")));
+        }
+        self.append_section(kind, false, bytes)
+    }
+
+    fn append_section(&mut self, kind: SectionKind, required: bool, bytes: &[u8]) -> Result<()> {
+        let extent = self.append(bytes)?;
+        self.sections.push(Section { kind, required, extent });
+        Ok(())
+    }
+
+    fn append(&mut self, bytes: &[u8]) -> Result<Extent> {
+        if self.failed {
+            let error = Error::caller("an earlier part of the file could not be written");
+            return Err(error.in_file(Some(self.file.path())));
+        }
+        let (offset, length) = (self.file.length(), bytes.len() as u64);
+        let padding = padding(length);
+        let written = self.file.append(bytes).and_then(|()| self.file.append(padding));
+        self.failed = written.is_err();
+        written.map_err(|error| error.in_file(Some(self.file.path())))?;
+        Ok(Extent { offset, length, crc: checksum(&[bytes, padding]) })
+    }
+
+    /// Writes the metadata, one JSON object with a `kind`, and all else that
+    /// is missing; puts the file in its place. Returns its length in bytes.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::File`] if the file cannot be written or moved into place;
+    /// what had its name stays then. [`Error::Caller`] without any level.
+    pub fn finish(mut self, metadata: &[u8]) -> Result<u64> {
+        let path = self.file.path().to_owned();
+        let finished = self.write_end(metadata).and_then(|prologue| {
+            self.file.commit(&prologue.encode())?;
+            Ok(prologue.file_length)
+        });
+        finished.map_err(|error| error.in_file(Some(&path)))
+    }
+
+    fn write_end(&mut self, metadata: &[u8]) -> Result<Prologue> {
+        if self.levels.is_empty() {
+            return Err(Error::caller("a map has at least one level"));
+        }
+        self.append_section(SectionKind::METADATA, true, metadata)?;
+        let mut records = Vec::new();
+        for (mut level, directory) in
+            std::mem::take(&mut self.levels).into_iter().zip(std::mem::take(&mut self.directories))
+        {
+            level.error = directory.error_of(&level);
+            // A file has 2³² sections at most.
+            records.extend(level.encode(self.sections.len() as u32));
+            let entries: Vec<u8> = directory.iter().flat_map(|(_, entry)| entry.encode()).collect();
+            self.append_section(SectionKind::DIRECTORY, true, &entries)?;
+        }
+        self.append_section(SectionKind::LEVELS, true, &records)?;
+        let section_count = u32::try_from(self.sections.len())
+            .map_err(|_| Error::caller("a file holds at most 2³² − 1 sections"))?;
+        let table: Vec<u8> = self.sections.iter().flat_map(Section::encode).collect();
+        let table = self.append(&table)?;
+        Ok(Prologue { minor: MINOR, file_length: self.file.length(), table, section_count })
+    }
+}

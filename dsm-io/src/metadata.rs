@@ -1,0 +1,147 @@
+//! What the header says of a map: one JSON object.
+
+use std::collections::BTreeMap;
+
+use dsm_core::MapInfo;
+use serde::{Deserialize, Serialize};
+
+use crate::{Attribute, Error, Result};
+
+/// What a map says of itself.
+///
+/// ```
+/// use dsm_io::{Attribute, Metadata};
+///
+/// let mut metadata = Metadata::new(640, 480, 1, dsm_core::MapInfo::default());
+/// metadata.attributes.insert("owner".into(), Attribute::string("lighting"));
+/// let json = metadata.to_json()?;
+/// assert_eq!(Metadata::from_json(&json)?, metadata);
+/// # Ok::<(), dsm_io::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Metadata {
+    /// Width of level 0 in pixels.
+    pub width: u32,
+    /// Height of level 0 in pixels.
+    pub height: u32,
+    /// 1, or 3 for coloured maps.
+    pub channels: u8,
+    /// Camera, tolerance, samples, filter and windows.
+    pub info: MapInfo,
+    /// The program that wrote the file.
+    pub software: String,
+    /// Whatever else the map's maker wanted to keep, by name.
+    pub attributes: BTreeMap<String, Attribute>,
+}
+
+/// The kind of map whose tiles are [`PixelLists`](dsm_core::PixelLists).
+pub(crate) const DEEP: &str = "deep";
+
+/// The object as it is written.
+#[derive(Serialize)]
+struct Written<'a> {
+    kind: &'static str,
+    width: u32,
+    height: u32,
+    channels: u8,
+    #[serde(flatten)]
+    info: &'a MapInfo,
+    software: &'a str,
+    attributes: &'a BTreeMap<String, Attribute>,
+}
+
+/// The object without the map's info. That is read in a pass of its own:
+/// `flatten` would take its floats through `f64`, which rounds them twice.
+#[derive(Deserialize)]
+struct Read {
+    width: u32,
+    height: u32,
+    channels: u8,
+    #[serde(default)]
+    software: String,
+    #[serde(default)]
+    attributes: BTreeMap<String, Attribute>,
+}
+
+impl Metadata {
+    /// The metadata of a map written by this crate, without attributes.
+    #[must_use]
+    pub fn new(width: u32, height: u32, channels: u8, info: MapInfo) -> Self {
+        let software = concat!("dsm-io ", env!("CARGO_PKG_VERSION")).to_owned();
+        Self { width, height, channels, info, software, attributes: BTreeMap::new() }
+    }
+
+    /// The JSON object, in one fixed order of keys.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Metadata`] if the metadata breaks a rule of the format.
+    pub fn to_json(&self) -> Result<Vec<u8>> {
+        self.check()?;
+        let Self { width, height, channels, info, software, attributes } = self;
+        let written = Written {
+            kind: DEEP,
+            width: *width,
+            height: *height,
+            channels: *channels,
+            info,
+            software,
+            attributes,
+        };
+        serde_json::to_vec_pretty(&written).map_err(json_error)
+    }
+
+    /// Reads the JSON object. Unknown keys are skipped: a later minor version
+    /// may have added them.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Kind`] for another kind of map; [`Error::Metadata`] if a key
+    /// is missing, has the wrong type or breaks a rule.
+    pub fn from_json(json: &[u8]) -> Result<Self> {
+        // Only a deep map must have the other keys.
+        #[derive(Deserialize)]
+        struct Kind {
+            kind: String,
+        }
+        let Kind { kind } = serde_json::from_slice(json).map_err(json_error)?;
+        if kind != DEEP {
+            return Err(Error::Kind(kind));
+        }
+        let info = serde_json::from_slice(json).map_err(json_error)?;
+        let Read { width, height, channels, software, attributes } =
+            serde_json::from_slice(json).map_err(json_error)?;
+        let metadata = Self { width, height, channels, info, software, attributes };
+        metadata.check()?;
+        Ok(metadata)
+    }
+
+    fn check(&self) -> Result<()> {
+        let refuse = |reason: &str| Err(Error::Metadata(reason.to_owned()));
+        if ![1, 3].contains(&self.channels) {
+            return refuse("channels must be 1 or 3");
+        }
+        if self.width == 0 || self.height == 0 {
+            return refuse("width and height must be at least 1");
+        }
+        let matrices = self
+            .info
+            .camera
+            .iter()
+            .flat_map(|camera| [camera.world_to_camera, camera.world_to_ndc])
+            .flatten();
+        if !matrices.into_iter().all(|matrix| matrix.is_finite()) {
+            return refuse("the camera's matrices must be finite");
+        }
+        if let Some(filter) = self.info.filter {
+            dsm_core::Filter::new(filter.shape(), filter.width())
+                .map_err(|error| Error::Metadata(error.to_string()))?;
+        }
+        Ok(())
+    }
+}
+
+fn json_error(error: serde_json::Error) -> Error {
+    Error::Metadata(error.to_string())
+}

@@ -1,0 +1,235 @@
+//! Reads deep maps.
+
+use std::path::Path;
+
+use dsm_core::{DeepMap, PixelLists, Rgb, Transmittance};
+
+use crate::codec::{Codec, exact};
+use crate::columns::Columns;
+use crate::error::{Place, check_limit};
+use crate::format::container::Container;
+use crate::format::directory::TileDirectory;
+use crate::format::level::Level;
+use crate::format::tile_id::{TileId, TileRect};
+use crate::source::Memory;
+use crate::{AchievedError, Error, Limits, Metadata, Result, Tile};
+
+/// An open deep map. Any number of threads may read from it.
+///
+/// ```no_run
+/// use dsm_io::{Limits, MapReader, TileId};
+///
+/// let reader = MapReader::open("shadow.dsm", &Limits::default())?;
+/// let tile = reader.tile::<f32>(TileId::new(0, 0, 0))?;
+/// println!("{}", tile.view().pixel(0, 0).at(4.5));
+/// # Ok::<(), dsm_io::Error>(())
+/// ```
+#[derive(Debug)]
+pub struct MapReader {
+    container: Container,
+    metadata: Metadata,
+    limits: Limits,
+}
+
+impl MapReader {
+    /// Maps a file into memory; see [`Container::open`] for what that means
+    /// if another process truncates the file.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::File`], naming the file, with what is wrong with it.
+    pub fn open(path: impl AsRef<Path>, limits: &Limits) -> Result<Self> {
+        Container::open(path, limits).and_then(|container| Self::new(container, limits))
+    }
+
+    /// Reads a whole file into memory.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::open`].
+    pub fn open_in_memory(path: impl AsRef<Path>, limits: &Limits) -> Result<Self> {
+        Container::open_in_memory(path, limits).and_then(|container| Self::new(container, limits))
+    }
+
+    /// Opens a file that is in memory already.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with it.
+    pub fn from_bytes(bytes: Vec<u8>, limits: &Limits) -> Result<Self> {
+        Container::from_source(Memory::from(bytes), limits)
+            .and_then(|container| Self::new(container, limits))
+    }
+
+    /// Opens the deep map that a container holds.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Kind`] if it holds another kind of map.
+    pub fn new(container: Container, limits: &Limits) -> Result<Self> {
+        let checked = container.metadata().and_then(Metadata::from_json).and_then(|metadata| {
+            let level = container.level(0)?;
+            if [level.width, level.height] == [metadata.width, metadata.height] {
+                Ok(metadata)
+            } else {
+                Err(Error::invalid(Place::Level(0), "the metadata state another size"))
+            }
+        });
+        let metadata = checked.map_err(|error| error.in_file(container.path()))?;
+        Ok(Self { container, metadata, limits: limits.clone() })
+    }
+
+    /// The file's sections, levels and tiles.
+    #[must_use]
+    pub const fn container(&self) -> &Container {
+        &self.container
+    }
+
+    /// What the map says of itself.
+    #[must_use]
+    pub const fn metadata(&self) -> &Metadata {
+        &self.metadata
+    }
+
+    /// The levels, finest first, view by view.
+    #[must_use]
+    pub fn levels(&self) -> &[Level] {
+        self.container.levels()
+    }
+
+    /// The tile directory of a level.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NoSuchLevel`].
+    pub fn directory(&self, level: u32) -> Result<&TileDirectory> {
+        self.container.directory(level)
+    }
+
+    /// The pixels that a tile covers.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NoSuchTile`].
+    pub fn tile_rect(&self, id: TileId) -> Result<TileRect> {
+        self.container.entry(id).map(|(_, rect)| rect)
+    }
+
+    /// The pixels of a tile: checks its checksum and every function's
+    /// invariant; decodes it, or gives a plain one where it lies. O(vertices).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Channels`] if `T` has another number of channels than the
+    /// map, [`Error::NoSuchTile`], or what is wrong with the tile.
+    pub fn tile<T: Transmittance>(&self, id: TileId) -> Result<Tile<'_, T>> {
+        self.check_channels::<T>()?;
+        self.read_tile(id).map_err(|error| error.in_file(self.container.path()))
+    }
+
+    fn read_tile<T: Transmittance>(&self, id: TileId) -> Result<Tile<'_, T>> {
+        let (entry, rect) = self.container.entry(id)?;
+        if entry.is_empty() {
+            check_limit("pixels of a tile", rect.pixel_count(), self.limits.max_pixels)?;
+            return Ok(Tile::Owned(PixelLists::clear(rect.width, rect.height)));
+        }
+        let place = entry.place(id);
+        match Codec::from_tag(entry.codec) {
+            Some(Codec::Exact) => {
+                let payload = self.container.payload(id)?;
+                exact::decode(payload, entry, rect, place, &self.limits)
+            }
+            None => Err(Error::Unsupported { place, what: format!("codec {}", entry.codec) }),
+        }
+    }
+
+    fn check_channels<T: Transmittance>(&self) -> Result<()> {
+        let (channels, asked) = (self.metadata.channels, T::CHANNELS as u8);
+        if channels == asked { Ok(()) } else { Err(Error::Channels { channels, asked }) }
+    }
+
+    /// Reads a whole level into memory. Holds the level and one row of tiles.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Limit`] if the level has more pixels or vertices than a map
+    /// in memory may have; else as [`Self::tile`].
+    pub fn read_map<T: Transmittance>(&self, level: u32) -> Result<DeepMap<T>> {
+        self.check_channels::<T>()?;
+        let pixels = self.container.level(level).and_then(|found| self.assemble(level, found));
+        let pixels = pixels.map_err(|error| error.in_file(self.container.path()))?;
+        Ok(DeepMap::new(self.metadata.info, pixels))
+    }
+
+    fn assemble<T: Transmittance>(&self, index: u32, level: &Level) -> Result<PixelLists<T>> {
+        check_limit("pixels", level.pixel_count(), self.limits.max_pixels)?;
+        let [columns, rows] = level.tiles();
+        let mut map = Columns::default();
+        for tile_y in 0..rows {
+            let tiles = (0..columns)
+                .map(|tile_x| self.read_tile::<T>(TileId::new(index, tile_x, tile_y)))
+                .collect::<Result<Vec<_>>>()?;
+            let height = tiles.first().map_or(0, |tile| tile.view().height());
+            for y in 0..height {
+                for tile in &tiles {
+                    let pixels = tile.view();
+                    for x in 0..pixels.width() {
+                        map.push(pixels.pixel(x, y))?;
+                    }
+                }
+            }
+        }
+        map.finish(level.width, level.height)
+    }
+
+    /// Looks for everything that can be wrong with the file: every checksum,
+    /// every tile's functions, and whether what the directories, levels and
+    /// metadata state of them is true. Empty if nothing is wrong. What is
+    /// wrong with a file that cannot be opened is the error of that.
+    /// O(vertices); holds one tile.
+    #[must_use]
+    pub fn verify(&self) -> Vec<Error> {
+        let mut errors = Vec::new();
+        let container = &self.container;
+        for (index, _) in (0..).zip(container.sections()) {
+            errors.extend(container.section(index).err());
+        }
+        for (index, level) in (0..).zip(container.levels()) {
+            match container.directory(index) {
+                Ok(directory) => self.verify_level(index, level, directory, &mut errors),
+                Err(error) => errors.push(error),
+            }
+        }
+        if self.metadata.info.tolerance.epsilon() != container.levels()[0].tolerance {
+            let reason = "the metadata state another tolerance";
+            errors.push(Error::invalid(Place::Level(0), reason));
+        }
+        errors.into_iter().map(|error| error.in_file(container.path())).collect()
+    }
+
+    fn verify_level(
+        &self,
+        index: u32,
+        level: &Level,
+        directory: &TileDirectory,
+        errors: &mut Vec<Error>,
+    ) {
+        for (id, entry) in directory.iter() {
+            errors.extend(if self.metadata.channels == 1 {
+                self.read_tile::<f32>(id).err()
+            } else {
+                self.read_tile::<Rgb>(id).err()
+            });
+            if !entry.error.is_within(level.tolerance) {
+                let reason = "its error is more than the level's tolerance";
+                errors.push(Error::invalid(Place::Entry(id), reason));
+            }
+        }
+        let AchievedError { max, mean } = directory.error_of(level);
+        let is_mean = (level.error.mean - mean).abs() <= 1e-6 * mean;
+        if level.error.max != max || !is_mean {
+            let reason = "its error is not that of its tiles";
+            errors.push(Error::invalid(Place::Level(index), reason));
+        }
+    }
+}

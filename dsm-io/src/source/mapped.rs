@@ -1,0 +1,45 @@
+//! A file mapped into memory. The only unsafe code of this crate.
+
+use std::path::Path;
+
+use memmap2::Mmap;
+
+use super::{Source, open_regular};
+use crate::{Error, Result};
+
+/// A file's bytes, paged in as they are read.
+///
+/// Whoever shortens the file meanwhile makes the operating system end this
+/// process (SIGBUS). Writing a `.dsm` file with this crate never does that:
+/// it replaces the file and leaves the mapped one alone.
+#[derive(Debug)]
+pub struct MappedFile(Option<Mmap>);
+
+impl MappedFile {
+    /// Maps a file.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`] if it cannot be opened or mapped.
+    #[expect(unsafe_code, reason = "a mapping can change under its reader; see SAFETY")]
+    pub fn open(path: &Path) -> Result<Self> {
+        let (file, length) = open_regular(path)?;
+        // Nothing to map, and not every system maps nothing.
+        if length == 0 {
+            return Ok(Self(None));
+        }
+        // SAFETY: The mapping is read only, and its bytes are used as plain
+        // integers and floats, which have no invalid value. That they do not
+        // change is up to whoever else can write to the file, as the caller
+        // is told; this crate never writes to a file in place. What is read
+        // once and used as an index or length is checked after it was read.
+        let map = unsafe { Mmap::map(&file) }.map_err(Error::io("map it into memory"))?;
+        Ok(Self(Some(map)))
+    }
+}
+
+impl Source for MappedFile {
+    fn bytes(&self) -> &[u8] {
+        self.0.as_deref().unwrap_or_default()
+    }
+}

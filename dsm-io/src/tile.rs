@@ -1,0 +1,23 @@
+//! A tile's pixels, in place or decoded.
+
+use dsm_core::{PixelLists, PixelListsView};
+
+/// The pixels of a tile, whose every function was checked.
+#[derive(Clone, Debug)]
+pub enum Tile<'a, T> {
+    /// They lie in the file as they are used.
+    Borrowed(PixelListsView<'a, T>),
+    /// They had to be decoded.
+    Owned(PixelLists<T>),
+}
+
+impl<T: dsm_core::Transmittance> Tile<'_, T> {
+    /// The tile's pixels.
+    #[must_use]
+    pub fn view(&self) -> PixelListsView<'_, T> {
+        match self {
+            Self::Borrowed(pixels) => *pixels,
+            Self::Owned(pixels) => pixels.view(),
+        }
+    }
+}

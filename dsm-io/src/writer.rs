@@ -1,0 +1,225 @@
+//! Writes deep maps.
+
+use std::path::Path;
+
+use dsm_core::{DeepMap, PixelListsView, Transmittance};
+
+use crate::codec::{Block, Codec, EncodedTile};
+use crate::columns::Columns;
+use crate::format::level::Level;
+use crate::format::tile_id::TileId;
+use crate::format::write::ContainerWriter;
+use crate::{AchievedError, Error, Metadata, Result};
+
+/// How a map is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct WriteOptions {
+    /// Width and height of a tile, in pixels. Default 64.
+    pub tile_size: u32,
+    /// How a tile's columns are encoded. Default exact.
+    pub codec: Codec,
+    /// How the encoded columns are packed. Default plain.
+    pub block: Block,
+}
+
+impl Default for WriteOptions {
+    fn default() -> Self {
+        Self { tile_size: 64, codec: Codec::Exact, block: Block::Plain }
+    }
+}
+
+impl WriteOptions {
+    /// The same with tiles of `tile_size` × `tile_size` pixels.
+    #[must_use]
+    pub const fn with_tile_size(self, tile_size: u32) -> Self {
+        Self { tile_size, ..self }
+    }
+
+    /// The same with tiles packed as `block`.
+    #[must_use]
+    pub const fn with_block(self, block: Block) -> Self {
+        Self { block, ..self }
+    }
+}
+
+/// Writes a deep map tile by tile.
+///
+/// The file appears under its name when [`Self::finish`] has written all of
+/// it to the disk; until then, and if that never happens, whatever had the
+/// name stays as it was. A symbolic link is replaced by the file. Memory: 64
+/// bytes for each tile of the map, and one encoded tile.
+///
+/// ```
+/// use dsm_core::{MapInfo, PixelListsBuilder, Vertex};
+/// use dsm_io::{AchievedError, Limits, MapReader, MapWriter, Metadata, TileId, WriteOptions};
+///
+/// let mut pixels = PixelListsBuilder::<f32>::new(2, 1);
+/// pixels.push(Vertex::new(2.0, 1.0));
+/// pixels.push(Vertex::new(2.0, 0.25));
+/// pixels.finish_pixel()?;
+/// pixels.finish_pixel()?;
+/// let pixels = pixels.finish()?;
+///
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("shadow.dsm");
+/// let metadata = Metadata::new(2, 1, 1, MapInfo::default());
+/// let mut writer = MapWriter::create(&path, metadata, WriteOptions::default())?;
+/// writer.write_tile(TileId::new(0, 0, 0), pixels.view(), AchievedError::NONE)?;
+/// writer.finish()?;
+///
+/// let map = MapReader::open(&path, &Limits::default())?.read_map::<f32>(0)?;
+/// assert_eq!(map.pixel(0, 0).at(3.0), 0.25);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct MapWriter {
+    container: ContainerWriter,
+    metadata: Metadata,
+    json: Vec<u8>,
+    options: WriteOptions,
+}
+
+impl MapWriter {
+    /// Starts a map that will replace the file at `path`, if there is one.
+    /// Its level 0 has the size and tolerance that the metadata state.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Metadata`] or [`Error::Caller`] if the metadata or options
+    /// break a rule; [`Error::File`] if no file can be created there.
+    pub fn create(
+        path: impl AsRef<Path>,
+        metadata: Metadata,
+        options: WriteOptions,
+    ) -> Result<Self> {
+        let json = metadata.to_json()?;
+        let mut container = ContainerWriter::create(path)?;
+        let tolerance = metadata.info.tolerance.epsilon();
+        let (width, height) = (metadata.width, metadata.height);
+        container.add_level(Level::new(width, height, options.tile_size, tolerance))?;
+        Ok(Self { container, metadata, json, options })
+    }
+
+    /// Adds a level, such as the next of a pyramid, and returns its index.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Caller`] if its sizes break a rule, or its view and number
+    /// don't follow those of the level before.
+    pub fn add_level(&mut self, level: Level) -> Result<u32> {
+        self.container.add_level(level)
+    }
+
+    /// The map's metadata.
+    #[must_use]
+    pub const fn metadata(&self) -> &Metadata {
+        &self.metadata
+    }
+
+    /// The levels added so far.
+    #[must_use]
+    pub fn levels(&self) -> &[Level] {
+        self.container.levels()
+    }
+
+    /// Encodes and writes a tile; see [`Self::write_encoded`].
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::write_encoded`], and [`Error::Channels`] if `T` has another
+    /// number of channels than the map, or [`Error::Caller`] if the pixels
+    /// have another size than the tile.
+    pub fn write_tile<T: Transmittance>(
+        &mut self,
+        id: TileId,
+        pixels: PixelListsView<'_, T>,
+        error: AchievedError,
+    ) -> Result<()> {
+        let (channels, asked) = (self.metadata.channels, T::CHANNELS as u8);
+        if channels != asked {
+            return Err(Error::Channels { channels, asked });
+        }
+        let level = self.levels().get(id.level as usize);
+        let rect = level.and_then(|level| level.tile_rect(id.x, id.y));
+        let rect = rect.ok_or(Error::NoSuchTile(id))?;
+        if [pixels.width(), pixels.height()] != [rect.width, rect.height] {
+            return Err(Error::caller(format!(
+                "{id} has {} × {} pixels, not {} × {}",
+                rect.width,
+                rect.height,
+                pixels.width(),
+                pixels.height()
+            )));
+        }
+        let tile = EncodedTile::encode(pixels, self.options.codec, self.options.block)?;
+        self.write_encoded(id, &tile, error)
+    }
+
+    /// Writes a tile that was encoded before, by any thread. Tiles come in
+    /// any order, each at most once; one that never comes is empty. The same
+    /// tiles in the same order give the same bytes.
+    ///
+    /// The pixels must have the tile's size and the map's channels; readers
+    /// refuse the tile otherwise.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NoSuchTile`], [`Error::WrittenTwice`]; [`Error::Caller`] if
+    /// `error` breaks a rule or the level's tolerance; [`Error::File`] if the
+    /// file cannot be written, and then it cannot be finished.
+    pub fn write_encoded(
+        &mut self,
+        id: TileId,
+        tile: &EncodedTile,
+        error: AchievedError,
+    ) -> Result<()> {
+        self.container.write_tile(id, tile, error)
+    }
+
+    /// Writes what is missing and puts the file in its place, safe on the
+    /// disk. Returns its length in bytes.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::File`] if the file cannot be written or moved into place;
+    /// what had its name stays then.
+    pub fn finish(self) -> Result<u64> {
+        self.container.finish(&self.json)
+    }
+}
+
+/// Cuts a whole map into tiles and writes it as level 0 of a new file, and
+/// returns the file's length in bytes. `error` is that of every tile.
+///
+/// # Errors
+///
+/// As [`MapWriter::create`], [`MapWriter::write_tile`] and
+/// [`MapWriter::finish`].
+pub fn write_map<T: Transmittance>(
+    path: impl AsRef<Path>,
+    metadata: Metadata,
+    map: &DeepMap<T>,
+    error: AchievedError,
+    options: WriteOptions,
+) -> Result<u64> {
+    let pixels = map.pixels().view();
+    if [metadata.width, metadata.height] != [pixels.width(), pixels.height()] {
+        return Err(Error::Metadata("the map has another size".to_owned()));
+    }
+    let mut writer = MapWriter::create(path, metadata, options)?;
+    let level = writer.levels()[0];
+    let [columns, rows] = level.tiles();
+    for (y, x) in (0..rows).flat_map(|y| (0..columns).map(move |x| (y, x))) {
+        let Some(rect) = level.tile_rect(x, y) else { continue };
+        let mut tile = Columns::default();
+        for row in rect.y..rect.y + rect.height {
+            for column in rect.x..rect.x + rect.width {
+                tile.push(pixels.pixel(column, row))?;
+            }
+        }
+        let tile = tile.finish::<T>(rect.width, rect.height)?;
+        writer.write_tile(TileId::new(0, x, y), tile.view(), error)?;
+    }
+    writer.finish()
+}
