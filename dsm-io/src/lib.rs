@@ -11,6 +11,7 @@ mod any;
 mod attribute;
 mod codec;
 mod columns;
+mod deep_exr;
 mod error;
 mod format;
 mod limits;
@@ -24,6 +25,10 @@ pub use achieved_error::AchievedError;
 pub use any::AnyDeepMap;
 pub use attribute::Attribute;
 pub use codec::{Block, Codec, EncodedTile};
+pub use deep_exr::{
+    Alpha, AlphaChannels, DeepExrError, DeepExrHeader, DeepExrReader, DeepRows, DeepSample,
+    ExrAttribute, ExrChannel, ExrChannelType, ExrLayout,
+};
 pub use error::{Error, Place, Result};
 pub use format::container::Container;
 pub use format::directory::{TileDirectory, TileEntry};

@@ -1,0 +1,235 @@
+//! The samples of some pixel rows, in columns.
+
+use std::ops::Range;
+
+use super::DeepExrError;
+use super::channels::{AlphaChannels, ChannelPlan, Column};
+
+/// The opacities of all samples of a [`DeepRows`].
+#[derive(Clone, Debug, PartialEq)]
+pub enum Alpha {
+    /// The file has no alpha: all samples are opaque.
+    Opaque,
+    /// One opacity a sample.
+    Mono(Vec<f32>),
+    /// One opacity a sample and colour: red, green, blue.
+    Colour([Vec<f32>; 3]),
+}
+
+/// One sample, as the file has it: not checked, not cleaned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DeepSample {
+    /// Depth of its front.
+    pub z: f32,
+    /// Depth of its back; the front's where the file has none.
+    pub z_back: f32,
+    /// Opacity for red, green and blue; 1 where the file has no alpha.
+    pub alpha: [f32; 3],
+}
+
+/// The samples of some whole pixel rows, a column for each channel.
+///
+/// Pixels stand row by row, and their samples in the file's order, which need
+/// not be by depth. Values are as in the file: they may be NaN, negative, or
+/// outside [0, 1].
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeepRows {
+    width: u32,
+    offsets: Vec<u32>,
+    z: Vec<f32>,
+    z_back: Option<Vec<f32>>,
+    alpha: Alpha,
+}
+
+impl DeepRows {
+    pub(super) fn new(width: u32, plan: &ChannelPlan) -> Self {
+        Self {
+            width,
+            offsets: vec![0],
+            z: Vec::new(),
+            z_back: plan.has_z_back().then(Vec::new),
+            alpha: match plan.alpha_channels() {
+                AlphaChannels::None => Alpha::Opaque,
+                AlphaChannels::Mono => Alpha::Mono(Vec::new()),
+                AlphaChannels::Colour => Alpha::Colour(Default::default()),
+            },
+        }
+    }
+
+    /// Width in pixels.
+    #[must_use]
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Number of pixel rows.
+    #[must_use]
+    pub fn rows(&self) -> u32 {
+        (self.pixel_count() / self.width.max(1) as usize) as u32
+    }
+
+    /// Number of pixels.
+    #[must_use]
+    pub fn pixel_count(&self) -> usize {
+        self.offsets.len() - 1
+    }
+
+    /// Number of samples.
+    #[must_use]
+    pub fn sample_count(&self) -> usize {
+        self.z.len()
+    }
+
+    /// Where each pixel's samples begin, and the end: one more than pixels.
+    #[must_use]
+    pub fn offsets(&self) -> &[u32] {
+        &self.offsets
+    }
+
+    /// Front depths of all samples.
+    #[must_use]
+    pub fn z(&self) -> &[f32] {
+        &self.z
+    }
+
+    /// Back depths of all samples, where the file has them.
+    #[must_use]
+    pub fn z_back(&self) -> Option<&[f32]> {
+        self.z_back.as_deref()
+    }
+
+    /// Opacities of all samples.
+    #[must_use]
+    pub fn alpha(&self) -> &Alpha {
+        &self.alpha
+    }
+
+    /// The samples of a pixel, as indices into the columns. Pixels count from
+    /// 0, row by row: `row * width + column`.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such pixel.
+    #[must_use]
+    pub fn pixel(&self, pixel: usize) -> Range<usize> {
+        self.offsets[pixel] as usize..self.offsets[pixel + 1] as usize
+    }
+
+    /// A sample by its index in the columns.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such sample.
+    #[must_use]
+    pub fn sample(&self, index: usize) -> DeepSample {
+        let z = self.z[index];
+        DeepSample {
+            z,
+            z_back: self.z_back.as_ref().map_or(z, |column| column[index]),
+            alpha: match &self.alpha {
+                Alpha::Opaque => [1.0; 3],
+                Alpha::Mono(column) => [column[index]; 3],
+                Alpha::Colour(columns) => [0, 1, 2].map(|colour| columns[colour][index]),
+            },
+        }
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.offsets.truncate(1);
+        self.resize(0);
+    }
+
+    /// Gives every column `samples` entries; new opacities are 1.
+    pub(super) fn resize(&mut self, samples: usize) {
+        self.z.resize(samples, 0.0);
+        if let Some(column) = &mut self.z_back {
+            column.resize(samples, 0.0);
+        }
+        match &mut self.alpha {
+            Alpha::Opaque => {}
+            Alpha::Mono(column) => column.resize(samples, 1.0),
+            Alpha::Colour(columns) => columns.iter_mut().for_each(|c| c.resize(samples, 1.0)),
+        }
+    }
+
+    /// Bytes of one sample in the columns.
+    pub(super) fn sample_bytes(&self) -> u64 {
+        let alphas = match self.alpha {
+            Alpha::Opaque => 0,
+            Alpha::Mono(_) => 1,
+            Alpha::Colour(_) => 3,
+        };
+        4 * (1 + u64::from(self.z_back.is_some()) + alphas)
+    }
+
+    /// Adds pixels with no samples, one entry each, and returns their entries
+    /// in the offsets: put each pixel's number of samples there, then call
+    /// [`Self::add_counted_samples`].
+    pub(super) fn add_pixels(&mut self, pixels: usize) -> &mut [u32] {
+        let first = self.offsets.len();
+        self.offsets.resize(first + pixels, 0);
+        &mut self.offsets[first..]
+    }
+
+    /// Turns the numbers of samples from pixel `first` on into offsets, and
+    /// makes room for the samples.
+    pub(super) fn add_counted_samples(&mut self, first: usize) -> Result<(), DeepExrError> {
+        let mut total = u64::from(self.offsets[first]);
+        for offset in &mut self.offsets[first + 1..] {
+            total += u64::from(*offset);
+            *offset = total as u32;
+        }
+        if total > u64::from(u32::MAX) {
+            return Err(DeepExrError::LimitExceeded {
+                place: format!("{} pixels", self.pixel_count()),
+                what: "number of samples in one answer",
+                value: total,
+                limit: u32::MAX.into(),
+            });
+        }
+        self.resize(total as usize);
+        Ok(())
+    }
+
+    /// A column to fill. `None` only for one that the plan does not have.
+    pub(super) fn column_mut(&mut self, column: Column) -> Option<&mut [f32]> {
+        match (column, &mut self.alpha) {
+            (Column::Z, _) => Some(&mut self.z),
+            (Column::ZBack, _) => self.z_back.as_deref_mut(),
+            (Column::Alpha, Alpha::Mono(column)) => Some(column),
+            (Column::Red, Alpha::Colour([red, ..])) => Some(red),
+            (Column::Green, Alpha::Colour([_, green, _])) => Some(green),
+            (Column::Blue, Alpha::Colour([.., blue])) => Some(blue),
+            _ => None,
+        }
+    }
+
+    /// Appends some rows of another answer from the same reader.
+    pub(super) fn append(&mut self, other: &Self, rows: Range<u32>) -> Result<(), DeepExrError> {
+        let width = self.width as usize;
+        let pixels = rows.start as usize * width..rows.end as usize * width;
+        let first = self.pixel_count();
+        let counts = other.offsets[pixels.start..=pixels.end].windows(2);
+        let added = self.add_pixels(pixels.len());
+        for (entry, ends) in added.iter_mut().zip(counts) {
+            *entry = ends[1] - ends[0];
+        }
+        let target = self.sample_count();
+        self.add_counted_samples(first)?;
+        let samples = other.offsets[pixels.start] as usize..other.offsets[pixels.end] as usize;
+        let copy =
+            |to: &mut [f32], from: &[f32]| to[target..].copy_from_slice(&from[samples.clone()]);
+        copy(&mut self.z, &other.z);
+        if let (Some(to), Some(from)) = (&mut self.z_back, &other.z_back) {
+            copy(to, from);
+        }
+        match (&mut self.alpha, &other.alpha) {
+            (Alpha::Mono(to), Alpha::Mono(from)) => copy(to, from),
+            (Alpha::Colour(to), Alpha::Colour(from)) => {
+                to.iter_mut().zip(from).for_each(|(to, from)| copy(to, from));
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+}

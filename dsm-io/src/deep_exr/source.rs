@@ -1,0 +1,103 @@
+//! The bytes of a file, on disk or in memory.
+
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::path::Path;
+use std::sync::Arc;
+
+use super::DeepExrError;
+
+/// Chunks usually follow each other: one read serves several.
+const READ_AHEAD: u64 = 64 * 1024;
+
+/// A file of known length, handed out in slices.
+pub(super) struct ByteSource {
+    storage: Storage,
+    length: u64,
+    window: Vec<u8>,
+    window_start: u64,
+}
+
+enum Storage {
+    File(File),
+    Memory(Arc<[u8]>),
+}
+
+impl ByteSource {
+    pub(super) fn open(path: &Path) -> Result<Self, DeepExrError> {
+        let fail = |source| DeepExrError::Open { path: path.to_owned(), source };
+        let file = File::open(path).map_err(fail)?;
+        let metadata = file.metadata().map_err(fail)?;
+        if metadata.is_dir() {
+            return Err(fail(std::io::ErrorKind::IsADirectory.into()));
+        }
+        Ok(Self::new(Storage::File(file), metadata.len()))
+    }
+
+    pub(super) fn from_bytes(bytes: Arc<[u8]>) -> Self {
+        let length = bytes.len() as u64;
+        Self::new(Storage::Memory(bytes), length)
+    }
+
+    fn new(storage: Storage, length: u64) -> Self {
+        Self { storage, length, window: Vec::new(), window_start: 0 }
+    }
+
+    pub(super) fn length(&self) -> u64 {
+        self.length
+    }
+
+    /// The `length` bytes from `offset` on. Never takes more memory than the
+    /// file is long.
+    pub(super) fn slice(
+        &mut self,
+        offset: u64,
+        length: u64,
+        what: &'static str,
+    ) -> Result<&[u8], DeepExrError> {
+        if offset.checked_add(length).is_none_or(|end| end > self.length) {
+            return Err(DeepExrError::Truncated { what, offset, length, file_length: self.length });
+        }
+        let file = match &mut self.storage {
+            Storage::Memory(bytes) => {
+                return Ok(&bytes[offset as usize..(offset + length) as usize]);
+            }
+            Storage::File(file) => file,
+        };
+        let window_end = self.window_start + self.window.len() as u64;
+        if offset < self.window_start || offset + length > window_end {
+            let wanted = length.max(READ_AHEAD).min(self.length - offset) as usize;
+            self.window.resize(wanted, 0);
+            self.window_start = offset;
+            let read =
+                file.seek(SeekFrom::Start(offset)).and_then(|_| file.read_exact(&mut self.window));
+            if let Err(source) = read {
+                self.window.clear();
+                return Err(DeepExrError::Read { offset, length: wanted, source });
+            }
+        }
+        let start = (offset - self.window_start) as usize;
+        Ok(&self.window[start..start + length as usize])
+    }
+
+    /// The bytes from `offset` up to a zero, at most `most` of them.
+    pub(super) fn text(
+        &mut self,
+        offset: u64,
+        most: u64,
+        what: &'static str,
+    ) -> Result<Option<Vec<u8>>, DeepExrError> {
+        let available = self.length.saturating_sub(offset).min(most + 1);
+        let bytes = self.slice(offset, available, what)?;
+        match bytes.iter().position(|&byte| byte == 0) {
+            Some(end) => Ok(Some(bytes[..end].to_vec())),
+            None if available <= most => Err(DeepExrError::Truncated {
+                what,
+                offset,
+                length: available + 1,
+                file_length: self.length,
+            }),
+            None => Ok(None),
+        }
+    }
+}
