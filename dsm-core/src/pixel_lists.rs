@@ -277,6 +277,15 @@ impl<T: Transmittance> PixelListsBuilder<T> {
         refused.map_or(Ok(()), Err)
     }
 
+    /// The pixel that was finished last.
+    #[must_use]
+    pub fn last_pixel(&self) -> Option<VisibilityView<'_, T>> {
+        let PixelLists { starts, value_starts, z, values, .. } = &self.lists;
+        let first = *starts.iter().nth_back(1)? as usize;
+        let first_value = value_starts.iter().nth_back(1).map_or(first, |&start| start as usize);
+        Some(VisibilityView::unchecked(&z[first..], &values[first_value..]))
+    }
+
     /// The finished lists.
     ///
     /// # Errors
@@ -305,6 +314,7 @@ mod tests {
         for pixel in [&coloured[..], &[], &grey] {
             pixel.iter().for_each(|&vertex| builder.push(vertex));
             builder.finish_pixel().unwrap();
+            assert!(builder.last_pixel().unwrap().vertices().eq(pixel.iter().copied()));
         }
         let lists = builder.finish().unwrap();
         let view = lists.view();

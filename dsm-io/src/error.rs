@@ -132,6 +132,23 @@ pub enum Error {
         /// Which rule it breaks.
         reason: Cow<'static, str>,
     },
+    /// An OpenEXR file that cannot be read.
+    #[error(transparent)]
+    DeepExr(#[from] crate::DeepExrError),
+    /// A value that the library's core refused.
+    #[error(transparent)]
+    Core(#[from] dsm_core::Error),
+    /// A map that is further from its source than it states.
+    #[error(
+        "pixel ({}, {}) is off by {:.6} at depth {}, channel {}; the map states a tolerance of {stated}",
+        worst.x, worst.y, worst.difference, worst.z, worst.channel
+    )]
+    Bound {
+        /// The map's tolerance.
+        stated: f32,
+        /// Where it is furthest off, and by how much.
+        worst: crate::WorstPixel,
+    },
     /// Pixels that are no visibility functions.
     #[error("{place}: {error}")]
     Function {

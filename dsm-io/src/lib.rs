@@ -11,6 +11,7 @@ mod any;
 mod attribute;
 mod codec;
 mod columns;
+mod convert;
 mod deep_exr;
 mod error;
 mod format;
@@ -25,6 +26,10 @@ pub use achieved_error::AchievedError;
 pub use any::AnyDeepMap;
 pub use attribute::Attribute;
 pub use codec::{Block, Codec, EncodedTile};
+pub use convert::{
+    ConvertOptions, ImportReport, MapDifference, MapSource, WorstPixel, check_bound, compare,
+    convert,
+};
 pub use deep_exr::{
     Alpha, AlphaChannels, DeepExrError, DeepExrHeader, DeepExrReader, DeepRows, DeepSample,
     ExrAttribute, ExrChannel, ExrChannelType, ExrLayout,

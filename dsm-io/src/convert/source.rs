@@ -1,0 +1,159 @@
+//! Files that functions can be had from, told apart by their first bytes.
+
+use std::ops::Range;
+use std::path::Path;
+
+use dsm_core::{
+    DepthKind, MapInfo, PixelLists, PixelListsBuilder, ShadowCamera, Tolerance, Transmittance,
+};
+use glam::Mat4;
+
+use super::ImportReport;
+use super::rows::SourceRows;
+use crate::deep_exr::{AlphaChannels, DeepExrHeader, DeepExrReader};
+use crate::{Attribute, Error, Limits, MapReader, Metadata, Result, Tile, TileId};
+
+/// A file whose pixels are, or can be made, visibility functions.
+#[derive(Debug)]
+pub enum MapSource {
+    /// A `.dsm` map: its level 0 as stored.
+    Map(Box<MapReader>),
+    /// A deep OpenEXR, or a flat one with a Z channel.
+    Image(Box<DeepExrReader>),
+}
+
+impl MapSource {
+    /// Opens `path`, of an OpenEXR the part called `part`, or the first deep
+    /// part.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with the file; [`Error::Caller`] if a part of a `.dsm`
+    /// is asked for.
+    pub fn open(path: &Path, part: Option<&str>, limits: &Limits) -> Result<Self> {
+        if is_openexr(path)? {
+            let reader = DeepExrReader::open(path, part, limits)
+                .map_err(|error| Error::from(error).in_file(Some(path)))?;
+            Ok(Self::Image(Box::new(reader)))
+        } else {
+            let map = MapReader::open(path, limits)?;
+            match part {
+                None => Ok(Self::Map(Box::new(map))),
+                Some(_) => Err(Error::caller("a .dsm file has no parts to choose from")),
+            }
+        }
+    }
+
+    /// 1, or 3 for coloured files.
+    #[must_use]
+    pub fn channels(&self) -> u8 {
+        match self {
+            Self::Map(map) => map.metadata().channels,
+            Self::Image(image) if image.header().alpha == AlphaChannels::Colour => 3,
+            Self::Image(_) => 1,
+        }
+    }
+
+    /// Width and height in pixels.
+    #[must_use]
+    pub fn size(&self) -> [u32; 2] {
+        match self {
+            Self::Map(map) => [map.metadata().width, map.metadata().height],
+            Self::Image(image) => [image.header().width, image.header().height],
+        }
+    }
+
+    /// Reads whole rows, which lie inside the image. `T` has the source's
+    /// number of channels.
+    pub(super) fn read_rows<T: Transmittance>(
+        &mut self,
+        rows: Range<u32>,
+    ) -> Result<SourceRows<T>> {
+        match self {
+            Self::Map(map) => read_stored_rows(map, rows).map(SourceRows::Stored),
+            Self::Image(image) => Ok(SourceRows::Samples(image.read_rows(rows)?)),
+        }
+    }
+
+    /// The metadata of a map made from this file with an error of `added`.
+    pub(super) fn target_metadata(&self, added: Tolerance) -> Result<(Metadata, ImportReport)> {
+        match self {
+            Self::Map(map) => {
+                let mut metadata = map.metadata().clone();
+                let sum = metadata.info.tolerance.epsilon() + added.epsilon();
+                metadata.info.tolerance = Tolerance::new(sum)?;
+                Ok((metadata, ImportReport::default()))
+            }
+            Self::Image(image) => {
+                let header = image.header();
+                let mut report = ImportReport::default();
+                let info = MapInfo {
+                    camera: camera(header, &mut report),
+                    depth_kind: DepthKind::Planar,
+                    tolerance: added,
+                    data_window: Some(header.data_window),
+                    display_window: Some(header.display_window),
+                    ..MapInfo::default()
+                };
+                let mut metadata =
+                    Metadata::new(header.width, header.height, self.channels(), info);
+                for attribute in &header.attributes {
+                    let name = attribute.name_text().into_owned();
+                    let type_name = String::from_utf8_lossy(&attribute.type_name);
+                    let kept = Attribute::new(type_name, attribute.value.clone());
+                    metadata.attributes.insert(name, kept);
+                }
+                Ok((metadata, report))
+            }
+        }
+    }
+}
+
+/// The functions of some rows of level 0, put together from its tiles.
+fn read_stored_rows<T: Transmittance>(map: &MapReader, rows: Range<u32>) -> Result<PixelLists<T>> {
+    let level = map.levels()[0];
+    let mut lists = PixelListsBuilder::new(level.width, rows.len() as u32);
+    let mut first = rows.start;
+    while first < rows.end {
+        let tile_row = first / level.tile_height;
+        let tiles = (0..level.tiles()[0])
+            .map(|column| map.tile::<T>(TileId::new(0, column, tile_row)))
+            .collect::<Result<Vec<_>>>()?;
+        let top = tile_row * level.tile_height;
+        let end = top.saturating_add(level.tile_height).min(rows.end);
+        for row in first..end {
+            for tile in tiles.iter().map(Tile::view) {
+                for column in 0..tile.width() {
+                    tile.pixel(column, row - top).vertices().for_each(|vertex| lists.push(vertex));
+                    lists.finish_pixel()?;
+                }
+            }
+        }
+        first = end;
+    }
+    Ok(lists.finish()?)
+}
+
+/// Row-vector matrices become column-vector ones: OpenEXR's rows are glam's
+/// columns, so the transposition moves no number.
+fn camera(header: &DeepExrHeader, report: &mut ImportReport) -> Option<ShadowCamera> {
+    let mut matrix = |numbers: Option<[f32; 16]>| {
+        let matrix = Mat4::from_cols_array(&numbers?);
+        report.dropped_matrices += u64::from(!matrix.is_finite());
+        matrix.is_finite().then_some(matrix)
+    };
+    let world_to_camera = matrix(header.world_to_camera);
+    let world_to_ndc = matrix(header.world_to_ndc);
+    let known = world_to_camera.is_some() || world_to_ndc.is_some();
+    known.then_some(ShadowCamera { world_to_camera, world_to_ndc })
+}
+
+fn is_openexr(path: &Path) -> Result<bool> {
+    use std::io::Read;
+
+    let mut start = Vec::new();
+    std::fs::File::open(path)
+        .and_then(|file| file.take(4).read_to_end(&mut start))
+        .map_err(|error| Error::io("open")(error).in_file(Some(path)))?;
+    Ok(start == [0x76, 0x2f, 0x31, 0x01])
+}

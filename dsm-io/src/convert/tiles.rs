@@ -1,0 +1,144 @@
+//! The conversion itself: rows of a source, compressed tile by tile.
+
+use std::ops::Range;
+use std::path::Path;
+
+use dsm_core::{
+    DifferenceSummary, End, GreedyCompressor, PixelListsBuilder, Rgb, SumVertex, Tolerance,
+    Transmittance, VisibilityDifference,
+};
+use rayon::prelude::*;
+
+use super::rows::{ExactFunction, SourceRows};
+use super::{ImportReport, MapSource};
+use crate::{AchievedError, EncodedTile, MapWriter, Result, TileId, WriteOptions};
+
+/// How a map is made from another file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ConvertOptions {
+    /// The error that the conversion may add. 0 copies.
+    pub tolerance: Tolerance,
+    /// How the map is stored.
+    pub write: WriteOptions,
+}
+
+/// Makes a `.dsm` map at `output` from `source`, compressed under the
+/// tolerance of `options`. `progress` is told how many rows are done.
+///
+/// Memory is bounded by one row of tiles; its tiles are compressed in
+/// parallel, on the current rayon pool. The same input gives the same bytes
+/// whatever the number of threads. On an error `output` is what it was before.
+///
+/// # Errors
+///
+/// Whatever is wrong with the source, or keeps the output from being written.
+pub fn convert(
+    source: &mut MapSource,
+    output: &Path,
+    options: &ConvertOptions,
+    mut progress: impl FnMut(u32),
+) -> Result<ImportReport> {
+    let (metadata, mut report) = source.target_metadata(options.tolerance)?;
+    let [width, height] = [metadata.width, metadata.height];
+    let channels = metadata.channels;
+    let mut writer = MapWriter::create(output, metadata, options.write)?;
+    let tile_size = options.write.tile_size;
+    for top in (0..height).step_by(tile_size as usize) {
+        let rows = top..top.saturating_add(tile_size).min(height);
+        let band = Band { width, rows: rows.clone(), options };
+        let tiles = if channels == 1 {
+            band.compress::<f32>(source)
+        } else {
+            band.compress::<Rgb>(source)
+        }?;
+        for (column, tile) in (0..).zip(tiles) {
+            let id = TileId::new(0, column, top / tile_size);
+            writer.write_encoded(id, &tile.encoded, tile.achieved)?;
+            report += tile.report;
+        }
+        progress(rows.end);
+    }
+    writer.finish()?;
+    Ok(report)
+}
+
+/// A row of tiles.
+struct Band<'a> {
+    width: u32,
+    rows: Range<u32>,
+    options: &'a ConvertOptions,
+}
+
+/// A compressed tile, and how well it fits.
+struct CompressedTile {
+    encoded: EncodedTile,
+    achieved: AchievedError,
+    report: ImportReport,
+}
+
+impl Band<'_> {
+    /// Compresses the band's tiles, left to right.
+    fn compress<T: Transmittance>(&self, source: &mut MapSource) -> Result<Vec<CompressedTile>> {
+        let functions = source.read_rows::<T>(self.rows.clone())?;
+        let tile_size = self.options.write.tile_size;
+        (0..self.width.div_ceil(tile_size))
+            .into_par_iter()
+            .map(|tile| {
+                let left = tile * tile_size;
+                let columns = left..left.saturating_add(tile_size).min(self.width);
+                self.compress_tile(&functions, columns)
+            })
+            .collect()
+    }
+
+    fn compress_tile<T: Transmittance>(
+        &self,
+        functions: &SourceRows<T>,
+        columns: Range<u32>,
+    ) -> Result<CompressedTile> {
+        let tolerance = self.options.tolerance;
+        let height = self.rows.len() as u32;
+        let mut pixels = PixelListsBuilder::<T>::new(columns.len() as u32, height);
+        let mut exact = ExactFunction::new(tolerance.chord());
+        let mut report = ImportReport::default();
+        let mut differences = DifferenceSummary::default();
+        let mut chord_error = 0.0;
+        for (row, column) in (0..height).flat_map(|row| columns.clone().map(move |x| (row, x))) {
+            let pixel = row as usize * self.width as usize + column as usize;
+            functions.function(pixel, &mut exact, &mut report)?;
+            let mut left = tolerance;
+            if exact.is_curved() {
+                chord_error = tolerance.chord();
+                left = tolerance.after(chord_error);
+            }
+            compress_pixel(exact.vertices(), left, &mut pixels)?;
+            if let Some(compressed) = pixels.last_pixel() {
+                let difference = VisibilityDifference::between(exact.vertices(), &compressed);
+                differences.add(pixel, difference);
+            }
+        }
+        let achieved = AchievedError {
+            max: (differences.max() + chord_error) as f32,
+            mean: (differences.mean() + chord_error) as f32,
+        };
+        let write = &self.options.write;
+        let encoded = EncodedTile::encode(pixels.finish()?.view(), write.codec, write.block)?;
+        Ok(CompressedTile { encoded, achieved, report })
+    }
+}
+
+/// Appends V′ for the function with these vertices, which ends where its last
+/// vertex is.
+fn compress_pixel<T: Transmittance>(
+    vertices: &[SumVertex<T>],
+    tolerance: Tolerance,
+    pixels: &mut PixelListsBuilder<T>,
+) -> Result<()> {
+    if let Some(last) = vertices.last() {
+        let mut compressor = GreedyCompressor::new(tolerance, End::Known(last.value));
+        let mut emit = |vertex| pixels.push(vertex);
+        compressor.push_all(vertices, &mut emit);
+        compressor.finish(&mut emit);
+    }
+    Ok(pixels.finish_pixel()?)
+}
