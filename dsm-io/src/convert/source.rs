@@ -11,7 +11,7 @@ use glam::Mat4;
 use super::ImportReport;
 use super::rows::SourceRows;
 use crate::deep_exr::{AlphaChannels, DeepExrHeader, DeepExrReader};
-use crate::{Attribute, Error, Limits, MapReader, Metadata, Result, Tile, TileId};
+use crate::{AchievedError, Attribute, Error, Limits, MapReader, Metadata, Result, Tile, TileId};
 
 /// A file whose pixels are, or can be made, visibility functions.
 #[derive(Debug)]
@@ -60,6 +60,14 @@ impl MapSource {
         match self {
             Self::Map(map) => [map.metadata().width, map.metadata().height],
             Self::Image(image) => [image.header().width, image.header().height],
+        }
+    }
+
+    /// The error that the source's functions have already, as it states.
+    pub(super) fn stated_error(&self) -> AchievedError {
+        match self {
+            Self::Map(map) => map.levels()[0].error,
+            Self::Image(_) => AchievedError::NONE,
         }
     }
 

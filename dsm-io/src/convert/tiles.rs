@@ -25,6 +25,9 @@ pub struct ConvertOptions {
 /// Makes a `.dsm` map at `output` from `source`, compressed under the
 /// tolerance of `options`. `progress` is told how many rows are done.
 ///
+/// The error that a source `.dsm` states is added to that of every tile, as its
+/// tolerance is to the map's.
+///
 /// Memory is bounded by one row of tiles; its tiles are compressed in
 /// parallel, on the current rayon pool. The same input gives the same bytes
 /// whatever the number of threads. On an error `output` is what it was before.
@@ -42,6 +45,7 @@ pub fn convert(
     let [width, height] = [metadata.width, metadata.height];
     let channels = metadata.channels;
     let mut writer = MapWriter::create(output, metadata, options.write)?;
+    let inherited = source.stated_error();
     let tile_size = options.write.tile_size;
     for top in (0..height).step_by(tile_size as usize) {
         let rows = top..top.saturating_add(tile_size).min(height);
@@ -53,7 +57,11 @@ pub fn convert(
         }?;
         for (column, tile) in (0..).zip(tiles) {
             let id = TileId::new(0, column, top / tile_size);
-            writer.write_encoded(id, &tile.encoded, tile.achieved)?;
+            let achieved = AchievedError {
+                max: (inherited.max + tile.achieved.max).min(1.0),
+                mean: (inherited.mean + tile.achieved.mean).min(1.0),
+            };
+            writer.write_encoded(id, &tile.encoded, achieved)?;
             report += tile.report;
         }
         progress(rows.end);

@@ -1,0 +1,111 @@
+//! What a conversion keeps, adds up and leaves alone.
+
+use std::fs;
+
+use dsm_io::{Block, DeepExrReader, Limits, MapReader, MapSource, compare, convert};
+
+use super::{IMAGES, converted, image, open, options};
+
+#[test]
+fn a_copy_has_the_same_functions_whatever_its_tiles_and_blocks() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in IMAGES {
+        let original = folder.path().join("original.dsm");
+        convert(&mut open(&image(name)), &original, &options(0.01, 64), |_| ()).unwrap();
+        for block in [Block::Plain, Block::Zstd] {
+            let mut options = options(0.0, 7);
+            options.write = options.write.with_block(block);
+            let copy = converted(&original, folder.path(), &options);
+            let difference = compare(&mut open(&original), &mut open(&copy), |_| ()).unwrap();
+            assert_eq!(difference.max(), 0.0, "{name}");
+            let metadata =
+                |path| MapReader::open(path, &Limits::default()).unwrap().metadata().clone();
+            assert_eq!(metadata(&copy), metadata(&original), "{name}");
+        }
+    }
+}
+
+#[test]
+fn tolerances_of_conversions_in_turn_add_up() {
+    let folder = tempfile::tempdir().unwrap();
+    let name = "scan_zips_half.exr";
+    let first = folder.path().join("first.dsm");
+    convert(&mut open(&image(name)), &first, &options(0.03, 16), |_| ()).unwrap();
+    let second = converted(&first, folder.path(), &options(0.05, 16));
+    let reader = MapReader::open(&second, &Limits::default()).unwrap();
+    assert_eq!(reader.metadata().info.tolerance.epsilon(), 0.03 + 0.05);
+    let (whole, source) = (reader.levels()[0].error, {
+        MapReader::open(&first, &Limits::default()).unwrap().levels()[0].error
+    });
+    assert!(0.0 < source.max && source.max < whole.max && whole.max <= 0.08);
+    assert!(0.0 < source.mean && source.mean < whole.mean);
+    dsm_io::check_bound(reader, &mut open(&image(name)), |_| ()).unwrap();
+    let far = options(0.99, 16);
+    assert!(convert(&mut open(&second), &folder.path().join("far.dsm"), &far, |_| ()).is_err());
+    assert!(!folder.path().join("far.dsm").exists());
+}
+
+#[test]
+fn the_number_of_threads_changes_no_byte() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let path = pool
+            .install(|| converted(&image("scan_zips_half.exr"), folder.path(), &options(0.02, 4)));
+        fs::read(path).unwrap()
+    };
+    assert_eq!(bytes(1), bytes(5));
+}
+
+#[test]
+fn an_image_that_breaks_off_leaves_the_old_map() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = fs::read(image("scan_none_float.exr")).unwrap();
+    let broken = folder.path().join("broken.exr");
+    fs::write(&broken, &whole[..whole.len() - 9]).unwrap();
+    let output = folder.path().join("map.dsm");
+    fs::write(&output, b"the old one").unwrap();
+    let failed = MapSource::open(&broken, None, &Limits::default())
+        .and_then(|mut source| convert(&mut source, &output, &options(0.0, 1), |_| ()));
+    assert!(failed.is_err());
+    assert_eq!(fs::read(&output).unwrap(), b"the old one");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2, "no other file is left");
+}
+
+#[test]
+fn windows_cameras_and_attributes_are_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in IMAGES {
+        let reader = DeepExrReader::open(&image(name), None, &Limits::default()).unwrap();
+        let header = reader.header();
+        let path = converted(&image(name), folder.path(), &options(0.0, 64));
+        let map = MapReader::open(&path, &Limits::default()).unwrap();
+        let metadata = map.metadata();
+        assert_eq!(metadata.info.data_window, Some(header.data_window));
+        assert_eq!(metadata.info.display_window, Some(header.display_window));
+        assert_eq!(metadata.attributes.len(), header.attributes.len());
+        for attribute in &header.attributes {
+            let kept = &metadata.attributes[&*attribute.name_text()];
+            assert_eq!(kept.type_name().as_bytes(), attribute.type_name);
+            assert_eq!(kept.bytes(), attribute.value);
+        }
+        let camera = metadata.info.camera;
+        let columns = |matrix: Option<glam::Mat4>| matrix.map(|matrix| matrix.to_cols_array());
+        // Rows of the file's row-vector matrix are columns of ours.
+        assert_eq!(columns(camera.and_then(|c| c.world_to_camera)), header.world_to_camera);
+        assert_eq!(columns(camera.and_then(|c| c.world_to_ndc)), header.world_to_ndc);
+    }
+}
+
+#[test]
+fn a_part_is_chosen_by_name_and_a_map_has_none() {
+    let limits = Limits::default();
+    let path = image("parts.exr");
+    let MapSource::Image(first) = open(&path) else { panic!("parts.exr is an image") };
+    let name = first.header().part_name.clone().unwrap();
+    assert!(MapSource::open(&path, Some(&name), &limits).is_ok());
+    assert!(MapSource::open(&path, Some("no such part"), &limits).is_err());
+    let folder = tempfile::tempdir().unwrap();
+    let map = converted(&path, folder.path(), &options(0.0, 64));
+    assert!(MapSource::open(&map, Some(&name), &limits).is_err());
+}

@@ -1,0 +1,49 @@
+//! From deep images to maps and back to the numbers: what a map made from an
+//! image answers is the transmittance of the image's samples.
+
+#![expect(clippy::unwrap_used, reason = "a test may panic")]
+
+mod accuracy;
+mod bound;
+mod files;
+
+use std::path::{Path, PathBuf};
+
+use dsm_core::Tolerance;
+use dsm_io::{ConvertOptions, Limits, MapSource, convert};
+
+/// The images that the repository carries and that can be read.
+const IMAGES: [&str; 9] = [
+    "flat_tile_piz.exr",
+    "flat_zip.exr",
+    "parts.exr",
+    "scan_none_float.exr",
+    "scan_rle_opaque.exr",
+    "scan_zips_half.exr",
+    "tile_none_float.exr",
+    "tile_rle_other_names.exr",
+    "tile_zips_ids.exr",
+];
+
+fn image(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../dsm-io/tests/data/deep_exr").join(name)
+}
+
+fn open(path: &Path) -> MapSource {
+    MapSource::open(path, None, &Limits::default()).unwrap()
+}
+
+fn options(epsilon: f32, tile_size: u32) -> ConvertOptions {
+    let defaults = ConvertOptions::default();
+    ConvertOptions {
+        tolerance: Tolerance::new(epsilon).unwrap(),
+        write: defaults.write.with_tile_size(tile_size),
+    }
+}
+
+/// Converts `input` to a map in `folder`.
+fn converted(input: &Path, folder: &Path, options: &ConvertOptions) -> PathBuf {
+    let output = folder.join("map.dsm");
+    convert(&mut open(input), &output, options, |_| ()).unwrap();
+    output
+}
