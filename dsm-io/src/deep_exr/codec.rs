@@ -29,8 +29,11 @@ impl Packing {
             0 => return Ok(Self::None),
             1 => return Ok(Self::Rle),
             2 => return Ok(Self::Zips),
-            3..=9 if !deep => return Ok(Self::Flat(id)),
-            3..=9 => "which deep data cannot have: only NONE, RLE and ZIPS are read",
+            3..=5 if !deep => return Ok(Self::Flat(id)),
+            3..=9 if deep => "which deep data cannot have: only NONE, RLE and ZIPS are read",
+            // The exr crate's decoders overflow (B44), or ask for 2^63 bytes
+            // and abort (DWA), on damaged files.
+            6..=9 => "which is lossy and not supported: write it again with ZIP or PIZ",
             10..=12 => "which is not supported: use ZIPS, RLE or NONE",
             13 => "new in OpenEXR 3.5 and not supported: write it again with ZIPS, RLE or NONE",
             _ => "which is unknown",
@@ -65,7 +68,6 @@ impl Packing {
             Self::None => 1,
             Self::Rle => 64,
             Self::Zips | Self::Flat(3) => 1032,
-            Self::Flat(8 | 9) => 64 * 1032,
             Self::Flat(_) => 4096,
         }
     }
