@@ -101,3 +101,47 @@ impl ByteSource {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_read_in_any_order_like_memory() {
+        let bytes: Vec<u8> =
+            (0..200_000_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), &bytes).unwrap();
+        let mut on_disk = ByteSource::open(file.path()).unwrap();
+        let mut in_memory = ByteSource::from_bytes(bytes.clone().into());
+        let longest = READ_AHEAD + 9;
+        for (offset, length) in [
+            (150_000, 10),
+            (3, 5),
+            (100, longest),
+            (99, 2),
+            (70_000, 4),
+            (199_990, 10),
+            (200_000, 0),
+        ] {
+            let wanted = &bytes[offset as usize..(offset + length) as usize];
+            assert_eq!(on_disk.slice(offset, length, "").unwrap(), wanted, "{offset}");
+            assert_eq!(in_memory.slice(offset, length, "").unwrap(), wanted, "{offset}");
+        }
+        for (offset, length) in [(199_990, 11), (200_001, 0), (u64::MAX, 2), (2, u64::MAX)] {
+            for source in [&mut on_disk, &mut in_memory] {
+                let error = source.slice(offset, length, "it").unwrap_err();
+                assert!(matches!(error, DeepExrError::Truncated { what: "it", .. }), "{error}");
+            }
+        }
+    }
+
+    #[test]
+    fn texts_end_with_a_zero_in_time() {
+        let mut source = ByteSource::from_bytes(b"abc\0def".to_vec().into());
+        assert_eq!(source.text(0, 3, "name").unwrap(), Some(b"abc".to_vec()));
+        assert_eq!(source.text(3, 9, "name").unwrap(), Some(Vec::new()));
+        assert_eq!(source.text(0, 2, "name").unwrap(), None);
+        assert!(matches!(source.text(4, 9, "name"), Err(DeepExrError::Truncated { .. })));
+    }
+}

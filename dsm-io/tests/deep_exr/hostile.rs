@@ -92,7 +92,12 @@ fn tables_of_cut_tiles_may_be_stored_whole() {
 #[test]
 fn compressions_are_refused_by_name() {
     let with = |id| error(scan_part().with("compression", "compression", vec![id]));
-    assert_error!(with(13), DeepExrError::UnsupportedCompression { .. }, "compressed with ZSTD, ");
+    assert_error!(
+        with(13),
+        DeepExrError::UnsupportedCompression { .. },
+        "compressed with ZSTD, ",
+        "3.5"
+    );
     assert_error!(with(3), DeepExrError::UnsupportedCompression { .. }, "with ZIP, ", "deep");
     assert_error!(with(9), DeepExrError::UnsupportedCompression { .. }, "with DWAB, ");
     assert_error!(with(77), DeepExrError::UnsupportedCompression { .. }, "method 77");
@@ -287,4 +292,19 @@ fn tables_and_sizes_that_lie() {
         DeepExrError::Chunk { .. },
         "at most 65536"
     );
+    let mut spare = line(&[2, 0]);
+    spare[28] = 1;
+    spare[32] = 1;
+    assert_error!(with(spare), DeepExrError::Chunk { .. }, "1 samples counted, room for 2");
+    // Counts that fall are refused even where any number of samples is allowed.
+    let mut falling = scan_part();
+    falling.chunks[0] = line(&[1, 0]);
+    falling.chunks[0][28] = 2;
+    let limits = {
+        let mut limits = Limits::default();
+        limits.max_samples_per_pixel = u32::MAX;
+        limits
+    };
+    let mut reader = DeepExrReader::from_bytes(file(&[falling]).0, None, &limits).unwrap();
+    assert_error!(reader.read_rows(0..3).unwrap_err(), DeepExrError::Chunk { .. }, "1 after 2");
 }
