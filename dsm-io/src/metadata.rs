@@ -89,7 +89,7 @@ impl Metadata {
             software,
             attributes,
         };
-        serde_json::to_vec_pretty(&written).map_err(json_error)
+        serde_json::to_vec(&written).map_err(json_error)
     }
 
     /// Reads the JSON object. Unknown keys are skipped: a later minor version

@@ -6,21 +6,15 @@
 
 use dsm_core::{PixelLists, PixelListsView, Transmittance};
 
-use super::packed::{Prediction, pack, unpack};
+use super::packed::{Differences, pack, should_difference, unpack};
 use super::{Block, Codec, EncodedTile, words};
 use crate::error::{Place, check_limit};
 use crate::format::directory::TileEntry;
 use crate::format::tile_id::TileRect;
 use crate::{Error, Limits, Result, Tile};
 
-/// How the columns are predicted in a packed block.
-const PREDICTIONS: [Prediction; COLUMNS] = [
-    Prediction::Difference,
-    Prediction::Difference,
-    Prediction::None,
-    Prediction::None,
-    Prediction::None,
-];
+/// The columns that rise: the pixel tables.
+const TABLES: Differences = 0b00011;
 
 const COLUMNS: usize = 5;
 
@@ -40,21 +34,19 @@ pub(super) fn encode<T: Transmittance>(
         bytemuck::cast_slice(pixels.values()),
     ];
     let raw_length = columns.iter().map(|column| column.len() * 4).sum();
+    let differences = TABLES
+        | u8::from(should_difference(columns[3])) << 3
+        | u8::from(should_difference(columns[4])) << 4;
     let packed = match block {
         Block::Plain => None,
-        Block::Zstd => Some(
-            pack(&std::array::from_fn::<_, COLUMNS, _>(|column| {
-                (columns[column], PREDICTIONS[column])
-            }))
-            .map_err(Error::io("compress a tile"))?,
-        ),
+        Block::Zstd => Some(pack(columns, differences).map_err(Error::io("compress a tile"))?),
     };
-    let (bytes, block) = match packed {
-        Some(packed) if packed.len() < raw_length => (packed, Block::Zstd),
+    let (bytes, block, differences) = match packed {
+        Some(packed) if packed.len() < raw_length => (packed, Block::Zstd, differences),
         _ => {
             let mut plain = Vec::with_capacity(raw_length);
             columns.iter().for_each(|column| words::append(column, &mut plain));
-            (plain, Block::Plain)
+            (plain, Block::Plain, 0)
         }
     };
     let [z_min, z_max] = depth_range(pixels);
@@ -67,6 +59,7 @@ pub(super) fn encode<T: Transmittance>(
         depth_error: 0.0,
         codec: Codec::Exact.tag(),
         block: block.tag(),
+        differences,
     })
 }
 
@@ -137,8 +130,8 @@ pub(crate) fn decode<'a, T: Transmittance>(
     let refuse = |reason: &'static str| Error::invalid(place, reason);
     let (tile, flags) = match Block::from_tag(entry.block) {
         Some(Block::Plain) => {
-            if payload.len() as u64 != entry.raw_length {
-                return Err(refuse("a plain tile is as long as its columns"));
+            if payload.len() as u64 != entry.raw_length || entry.differences != 0 {
+                return Err(refuse("a plain tile is as long as its columns and stores words"));
             }
             match words::from_bytes(payload) {
                 std::borrow::Cow::Borrowed(words) => {
@@ -154,12 +147,7 @@ pub(crate) fn decode<'a, T: Transmittance>(
             }
         }
         Some(Block::Zstd) => {
-            let mut index = 0;
-            let columns = lengths.map(|length| {
-                index += 1;
-                (length, PREDICTIONS[index - 1])
-            });
-            let columns = unpack(payload, columns).map_err(refuse)?;
+            let columns = unpack(payload, lengths, entry.differences).map_err(refuse)?;
             own(size, columns).map_err(not_valid)?
         }
         None => {

@@ -102,6 +102,8 @@ pub struct EncodedTile {
     pub codec: u8,
     /// The block's number in the file.
     pub block: u8,
+    /// Which columns are stored as differences: bit i for column i.
+    pub differences: u8,
 }
 
 impl EncodedTile {
@@ -131,6 +133,7 @@ impl EncodedTile {
             depth_error: self.depth_error,
             codec: self.codec,
             block: self.block,
+            differences: self.differences,
             ..TileEntry::default()
         }
     }

@@ -35,6 +35,8 @@ pub struct TileEntry {
     pub codec: u8,
     /// How the encoded columns are packed.
     pub block: u8,
+    /// Which columns are stored as differences: bit i for column i.
+    pub differences: u8,
     /// CRC-32C of the payload and its padding.
     pub crc: u32,
 }
@@ -84,7 +86,7 @@ impl TileEntry {
         put(&mut bytes, 44, self.error.mean.to_le_bytes());
         put(&mut bytes, 48, self.depth_error.to_le_bytes());
         put(&mut bytes, 52, self.crc.to_le_bytes());
-        put(&mut bytes, 56, [self.codec, self.block]);
+        put(&mut bytes, 56, [self.codec, self.block, self.differences]);
         bytes
     }
 
@@ -102,11 +104,12 @@ impl TileEntry {
             crc: u32_at(bytes, 52),
             codec: bytes[56],
             block: bytes[57],
+            differences: bytes[58],
         };
         if let Some(reason) = entry.broken_rule() {
             return Err(Error::invalid(place, reason));
         }
-        if !reserved_is_valid(&bytes[58..], minor) {
+        if !reserved_is_valid(&bytes[59..], minor) {
             return Err(Error::invalid(place, "reserved bytes are not zero"));
         }
         entry.extent().check_inside(file_length, place)?;

@@ -103,3 +103,44 @@ pub(super) fn check_cover(mut extents: Vec<(Extent, Place)>, file_length: u64) -
         Err(Error::invalid(place, "no part of the file claims them"))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cover(extents: &[(u64, u64)], length: u64) -> Result<()> {
+        let extent = |&(offset, length): &(u64, u64)| {
+            (Extent { offset, length, crc: 0 }, Place::SectionTable)
+        };
+        check_cover(extents.iter().map(extent).collect(), length)
+    }
+
+    #[test]
+    fn extents_cover_the_file_once() {
+        assert!(cover(&[(128, 1), (0, 64), (64, 60)], 192).is_ok());
+        assert!(cover(&[(0, 64), (64, 0), (64, 64), (128, 0)], 128).is_ok());
+        for (wrong, length) in [
+            (&[(64, 64)][..], 128),
+            (&[(0, 64)], 128),
+            (&[(0, 64), (128, 64)], 192),
+            (&[(0, 65), (64, 64)], 128),
+            (&[(0, 64), (64, 128), (128, 0)], 192),
+            (&[(0, 64), (0, 64)], 64),
+        ] {
+            assert!(cover(wrong, length).is_err(), "{wrong:?}");
+        }
+    }
+
+    #[test]
+    fn extents_past_the_end_are_refused_without_overflow() {
+        for (offset, length) in [(64, 1), (0, 65), (1, 1), (u64::MAX - 63, 1), (64, u64::MAX)] {
+            let extent = Extent { offset, length, crc: 0 };
+            assert!(extent.check_inside(64, Place::Prologue).is_err(), "{offset} {length}");
+        }
+    }
+
+    #[test]
+    fn padding_fills_up() {
+        assert_eq!([0, 1, 63, 64, 65].map(|length| padding(length).len()), [0, 63, 1, 0, 63]);
+    }
+}

@@ -199,3 +199,93 @@ impl ContainerWriter {
         Ok(Prologue { minor: MINOR, file_length: self.file.length(), table, section_count })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fs::File;
+    use std::io::{self, Seek, SeekFrom, Write};
+
+    use super::*;
+    use crate::format::atomic_file::OutputFile;
+
+    /// A file on a disk with room for so many bytes, that may fail to sync.
+    struct FullDisk {
+        file: File,
+        room: usize,
+        syncs: bool,
+    }
+
+    impl Write for FullDisk {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            if self.room == 0 {
+                return Err(io::ErrorKind::StorageFull.into());
+            }
+            let written = self.file.write(&bytes[..bytes.len().min(self.room)])?;
+            self.room -= written;
+            Ok(written)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            self.file.flush()
+        }
+    }
+
+    impl Seek for FullDisk {
+        fn seek(&mut self, position: SeekFrom) -> io::Result<u64> {
+            self.file.seek(position)
+        }
+    }
+
+    impl OutputFile for FullDisk {
+        fn sync(&mut self) -> io::Result<()> {
+            if self.syncs { Ok(()) } else { Err(io::Error::other("the disk went away")) }
+        }
+    }
+
+    /// Writes a map with a tile of `bytes`; which calls failed.
+    fn write(path: &Path, room: usize, syncs: bool, bytes: usize) -> [Result<()>; 2] {
+        let file = AtomicFile::create_with(path, |file| Box::new(FullDisk { file, room, syncs }));
+        let mut writer = ContainerWriter::start(file.unwrap()).unwrap();
+        writer.add_level(Level::new(1, 1, 1, 0.0)).unwrap();
+        let tile = EncodedTile { bytes: vec![1; bytes], raw_length: 1, ..EncodedTile::default() };
+        let written = writer.write_tile(TileId::default(), &tile, AchievedError::NONE);
+        [written, writer.finish(b"{}").map(drop)]
+    }
+
+    #[test]
+    fn a_full_disk_leaves_the_old_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("map.dsm");
+        let check_old = || {
+            assert_eq!(std::fs::read(&path).unwrap(), b"old");
+            assert_eq!(folder.path().read_dir().unwrap().count(), 1);
+        };
+        std::fs::write(&path, b"old").unwrap();
+        // Prologue, tile, metadata, directory, level, table, prologue again.
+        let needed = 64 * 6 + 128;
+        for room in 0..needed {
+            let [tile, finish] = write(&path, room, true, 10);
+            assert!(tile.is_ok());
+            let message = finish.unwrap_err().to_string();
+            assert!(message.contains("map.dsm: cannot write: "), "{message}");
+            check_old();
+        }
+        let [_, finish] = write(&path, needed, false, 10);
+        assert!(finish.unwrap_err().to_string().contains("the disk went away"));
+        check_old();
+        let [_, finish] = write(&path, needed, true, 10);
+        finish.unwrap();
+        assert_ne!(std::fs::read(&path).unwrap(), b"old");
+    }
+
+    #[test]
+    fn what_failed_once_cannot_be_finished() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("map.dsm");
+        // More than the buffer, so that the tile itself fails.
+        let [tile, finish] = write(&path, 1000, true, 1 << 20);
+        assert!(tile.unwrap_err().to_string().contains("cannot write"));
+        assert!(finish.unwrap_err().to_string().contains("an earlier part"));
+        assert_eq!(folder.path().read_dir().unwrap().count(), 0);
+    }
+}

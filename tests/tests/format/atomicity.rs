@@ -1,0 +1,79 @@
+//! A file appears whole or not at all.
+
+use std::path::Path;
+
+use dsm_core::PixelLists;
+use dsm_io::{AchievedError, Block, Limits, MapReader, MapWriter, Metadata, TileId, WriteOptions};
+
+use crate::examples::{document, mono};
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut names: Vec<_> =
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn an_unfinished_map_leaves_the_old_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("map.dsm");
+    let old = document();
+    old.write(&path).unwrap();
+    let before = std::fs::read(&path).unwrap();
+
+    let new = mono(Block::Plain);
+    let mut writer = MapWriter::create(&path, new.metadata.clone(), new.options).unwrap();
+    let corner = PixelLists::<f32>::clear(8, 8);
+    writer.write_tile(TileId::new(0, 0, 0), corner.view(), AchievedError::NONE).unwrap();
+    assert_eq!(names(folder.path()).len(), 2, "the map and the one being written");
+    drop(writer);
+
+    assert_eq!(names(folder.path()), ["map.dsm"]);
+    assert!(std::fs::read(&path).unwrap() == before);
+}
+
+#[test]
+fn a_reader_keeps_the_map_that_is_replaced() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("map.dsm");
+    document().write(&path).unwrap();
+    let reader = MapReader::open(&path, &Limits::default()).unwrap();
+    mono(Block::Plain).write(&path).unwrap();
+    assert!(reader.verify().is_empty());
+    assert_eq!(reader.metadata().width, 3);
+    assert_eq!(MapReader::open(&path, &Limits::default()).unwrap().metadata().width, 19);
+    assert_eq!(names(folder.path()), ["map.dsm"]);
+}
+
+#[test]
+fn only_regular_files_are_replaced_and_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let metadata = Metadata::new(1, 1, 1, dsm_core::MapInfo::default());
+    let nowhere = folder.path().join("no such folder").join("map.dsm");
+    for path in [folder.path(), Path::new("/dev/null"), Path::new("/"), &nowhere] {
+        let created = MapWriter::create(path, metadata.clone(), WriteOptions::default());
+        let error = created.err().unwrap().to_string();
+        assert!(error.starts_with(&path.display().to_string()), "{error}");
+        assert!(MapReader::open(path, &Limits::default()).is_err());
+        assert!(MapReader::open_in_memory(path, &Limits::default()).is_err());
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn the_file_may_be_read_by_whom_the_mask_allows() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempfile::tempdir().unwrap();
+    let (map, plain) = (folder.path().join("map.dsm"), folder.path().join("plain"));
+    document().write(&map).unwrap();
+    std::fs::write(&plain, "").unwrap();
+    let mode = |path: &Path| path.metadata().unwrap().permissions().mode();
+    assert_eq!(mode(&map), mode(&plain));
+}
+
+#[test]
+fn files_are_the_same_whenever_they_are_written() {
+    assert!(mono(Block::Zstd).bytes() == mono(Block::Zstd).bytes());
+}

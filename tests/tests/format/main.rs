@@ -1,0 +1,16 @@
+//! The `.dsm` format: what is written is read, whatever is damaged is found,
+//! and the document is true.
+
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a test may stop where a file is refused")]
+
+mod atomicity;
+mod damage;
+mod examples;
+mod forge;
+mod fuzz;
+mod golden;
+mod metadata;
+mod pixels;
+mod round_trip;
+mod spec_examples;
+mod writer;
