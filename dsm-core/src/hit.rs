@@ -90,8 +90,8 @@ impl<T: Transmittance> RayHits<T> {
     /// # Errors
     ///
     /// [`Error::Hit`] for depths that are not finite, negative or descending,
-    /// extinctions that are negative or not finite, or a factor below 1.
-    /// Nothing is added then.
+    /// extinctions that are negative or not finite (also once per unit of
+    /// depth), or a factor below 1. Nothing is added then.
     pub fn push_volume(
         &mut self,
         samples: &[VolumeSample<T>],
@@ -102,21 +102,24 @@ impl<T: Transmittance> RayHits<T> {
             let depth = samples.first().map_or(0.0, |sample| sample.depth);
             return refuse(depth, "the distance per depth must be finite and at least 1");
         }
+        let per_depth = |sample: &VolumeSample<T>| {
+            T::sum_from_channels(|channel| {
+                f64::from(sample.extinction.channel(channel)) * distance_per_depth
+            })
+        };
         for sample in samples {
             check_depth(sample.depth)?;
             let valid = |value: f32| (0.0..f32::INFINITY).contains(&value);
             if !(0..T::CHANNELS).all(|channel| valid(sample.extinction.channel(channel))) {
                 return refuse(sample.depth, "extinction must be finite and at least 0");
             }
+            if per_depth(sample).as_ref().contains(&f64::INFINITY) {
+                return refuse(sample.depth, "extinction per depth must be finite");
+            }
         }
         if let Some(back) = samples.windows(2).find(|pair| pair[0].depth > pair[1].depth) {
             return refuse(back[1].depth, "volume samples must go front to back");
         }
-        let per_depth = |sample: &VolumeSample<T>| {
-            T::sum_from_channels(|channel| {
-                f64::from(sample.extinction.channel(channel)) * distance_per_depth
-            })
-        };
         self.segments.extend(samples.windows(2).filter(|pair| pair[0].depth < pair[1].depth).map(
             |pair| VolumeSegment {
                 near: pair[0].depth + 0.0,
@@ -219,6 +222,7 @@ mod tests {
             assert!(hits.push_volume(&samples, 1.0).is_err(), "{samples:?}");
         }
         assert!(hits.push_volume(&[sample(1.0, 1.0)], 0.5).is_err());
+        assert!(hits.push_volume(&[sample(1.0, 9.0)], f64::MAX).is_err());
         assert!(hits.push_slab(2.0, 2.0, 0.5).is_err());
         assert!(hits.push_slab(1.0, 2.0, f32::NAN).is_err());
         assert!(hits.is_empty());

@@ -7,7 +7,7 @@ use crate::{Transmittance, VolumeSegment};
 
 /// An extinction beyond this is as good: over the smallest distance between
 /// two `f32` nothing is left.
-const MAX_EXTINCTION: f64 = 1e100;
+const MAX_EXTINCTION: f64 = 1e250;
 
 /// The optical depth so far, and the segments the ray is in.
 #[derive(Clone, Debug)]

@@ -93,33 +93,31 @@ impl<'a, T: Transmittance> WeightedTransmittance<'a, T> {
         sweep: &'a mut VisibilitySweep<T>,
         functions: &'a [(f64, &'a TransmittanceFunction<T>)],
     ) -> Self {
-        let mut left = RunningSum::<T>::new(1.0);
+        // From both ends: 1 − Σ w (1 − τ) is exact for all clear, Σ w τ for
+        // all blocked.
+        let (mut down, mut up) = (RunningSum::<T>::new(1.0), RunningSum::<T>::new(0.0));
         let mut settled = T::sum_from_channels(|_| f64::NEG_INFINITY);
-        let mut clear = T::sum_from_channels(|_| 1.0);
         let mut curved = false;
         for (weight, function) in contributing(functions) {
             let last = function.last();
             for channel in 0..T::CHANNELS {
                 let value = last.as_ref()[channel];
-                left.add(channel, weight * (value - 1.0));
-                if value != 0.0 {
-                    clear.as_mut()[channel] = 0.0;
-                }
+                down.add(channel, weight * (value - 1.0));
+                up.add(channel, weight * value);
                 let settled = &mut settled.as_mut()[channel];
                 *settled = settled.max(settled_at(function, channel));
             }
             curved |= function.curved;
         }
-        // `clear` still holds 1 where no function lets light through.
-        let blocked = clear;
-        let any = contributing(functions).next().is_some();
-        let final_value = T::sum_from_channels(|channel| {
-            if any && blocked.as_ref()[channel] == 1.0 {
-                0.0
-            } else {
-                left.channel(channel).max(0.0)
-            }
-        });
+        let final_value = alone(functions).map_or_else(
+            || {
+                T::sum_from_channels(|channel| match down.channel(channel) {
+                    bright if bright > 0.5 => bright,
+                    _ => up.channel(channel),
+                })
+            },
+            TransmittanceFunction::last,
+        );
         Self { sweep, functions, final_value, settled, curved }
     }
 
@@ -144,8 +142,7 @@ impl<'a, T: Transmittance> WeightedTransmittance<'a, T> {
     /// contributing functions are. A function alone, of weight 1, comes
     /// through unchanged.
     pub fn run(self, mut sink: impl FnMut(SumVertex<T>)) {
-        let mut functions = contributing(self.functions);
-        if let (Some((1.0, alone)), None) = (functions.next(), functions.next()) {
+        if let Some(alone) = alone(self.functions) {
             alone.vertices.iter().for_each(|&vertex| sink(vertex));
         } else if self.curved {
             self.sweep_ramps(sink);
@@ -298,6 +295,17 @@ fn contributing<'a, T: Transmittance>(
     functions: &'a [(f64, &'a TransmittanceFunction<T>)],
 ) -> impl Iterator<Item = (f64, &'a TransmittanceFunction<T>)> {
     functions.iter().copied().filter(|&(weight, _)| weight > 0.0)
+}
+
+/// The only function that counts, if it stands for itself.
+fn alone<'a, T: Transmittance>(
+    functions: &'a [(f64, &'a TransmittanceFunction<T>)],
+) -> Option<&'a TransmittanceFunction<T>> {
+    let mut functions = contributing(functions);
+    match (functions.next(), functions.next()) {
+        (Some((1.0, alone)), None) => Some(alone),
+        _ => None,
+    }
 }
 
 /// A sort key: fewer than 2³² vertices come together.

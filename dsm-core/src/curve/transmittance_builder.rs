@@ -106,10 +106,8 @@ impl<T: Transmittance> TransmittanceBuilder<T> {
     /// Everything that happens along the ray, front to back. What changes
     /// nothing is left out.
     fn sort_events(&mut self, hits: &RayHits<T>) {
-        // Adding 0 turns −0, whose bits would sort last, into 0.
-        let event = |depth: f32, index: usize| {
-            u64::from((depth + 0.0).to_bits()) << 32 | u64::from(index as u32)
-        };
+        let event =
+            |depth: f32, index: usize| u64::from(depth.to_bits()) << 32 | u64::from(index as u32);
         let (surfaces, segments) = (hits.surfaces(), hits.segments());
         self.events.clear();
         for (index, surface) in surfaces.iter().enumerate() {

@@ -94,6 +94,9 @@ impl<T: Transmittance> TransmittanceFunction<T> {
         let Some(far) = self.vertices.get(next) else {
             return near.value;
         };
+        if far.z == z {
+            return far.value;
+        }
         let (z0, z1) = (f64::from(near.z), f64::from(far.z));
         let share = (f64::from(z) - z0) / (z1 - z0);
         T::sum_from_channels(|channel| {
