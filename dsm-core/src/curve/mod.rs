@@ -2,6 +2,7 @@
 //! transmittance and the weighted sum of many.
 
 mod compensated;
+mod depth_sort;
 mod exact_sum;
 mod optical_depth;
 pub(crate) mod sweep;

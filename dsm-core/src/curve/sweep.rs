@@ -2,6 +2,7 @@
 //! (Lokovic & Veach 2000, equation 1 and §5.1).
 
 use super::compensated::RunningSum;
+use super::depth_sort::sort_by_depth;
 use super::exact_sum::ExactSum;
 use super::transmittance_function::TransmittanceFunction;
 use super::vertex::{SumVertex, Vertex};
@@ -41,6 +42,7 @@ pub struct VisibilitySweep<T: Transmittance> {
     /// Depth bits above the index of what happens there, in `steps` and
     /// `slopes`.
     events: Vec<u64>,
+    spare: Vec<u64>,
     steps: Vec<T::Sum>,
     /// The slopes that end and start; empty where all functions are
     /// staircases.
@@ -58,6 +60,7 @@ impl<T: Transmittance> Default for VisibilitySweep<T> {
     fn default() -> Self {
         Self {
             events: Vec::new(),
+            spare: Vec::new(),
             steps: Vec::new(),
             slopes: Vec::new(),
             slope: vec![ExactSum::default(); T::CHANNELS],
@@ -166,7 +169,7 @@ impl<'a, T: Transmittance> WeightedTransmittance<'a, T> {
 
     /// The sweep where no function has a slope.
     fn sweep_steps(self, sink: impl FnMut(SumVertex<T>)) {
-        let Self { sweep: VisibilitySweep { events, steps, .. }, functions, .. } = self;
+        let Self { sweep: VisibilitySweep { events, spare, steps, .. }, functions, .. } = self;
         events.clear();
         steps.clear();
         for (weight, function) in contributing(functions) {
@@ -175,7 +178,7 @@ impl<'a, T: Transmittance> WeightedTransmittance<'a, T> {
                 steps.push(difference::<T>(weight, step[0].value, step[1].value));
             }
         }
-        events.sort_unstable();
+        sort_by_depth(events, spare);
 
         let mut writer = VertexWriter::<T, _>::new(sink);
         let mut value = RunningSum::<T>::new(1.0);
@@ -201,8 +204,8 @@ impl<'a, T: Transmittance> WeightedTransmittance<'a, T> {
     /// The sweep where some functions have ramps.
     fn sweep_ramps(self, sink: impl FnMut(SumVertex<T>)) {
         self.sweep.gather_ramps(self.functions);
-        let VisibilitySweep { events, steps, slopes, slope } = self.sweep;
-        events.sort_unstable();
+        let VisibilitySweep { events, spare, steps, slopes, slope } = self.sweep;
+        sort_by_depth(events, spare);
 
         let mut writer = VertexWriter::<T, _>::new(sink);
         let mut value = RunningSum::<T>::new(1.0);
@@ -321,8 +324,15 @@ fn difference<T: Transmittance>(weight: f64, from: T::Sum, to: T::Sum) -> T::Sum
 /// The depth from which on `channel` of `function` keeps its final value.
 fn settled_at<T: Transmittance>(function: &TransmittanceFunction<T>, channel: usize) -> f64 {
     let vertices = &function.vertices;
-    let last = function.last().as_ref()[channel];
-    let first = vertices.partition_point(|vertex| vertex.value.as_ref()[channel] > last);
+    let [.., before, last] = vertices.as_slice() else {
+        return f64::NEG_INFINITY;
+    };
+    let value = |vertex: &SumVertex<T>| vertex.value.as_ref()[channel];
+    let final_value = value(last);
+    if value(before) > final_value {
+        return f64::from(last.z);
+    }
+    let first = vertices.partition_point(|vertex| value(vertex) > final_value);
     vertices.get(first).map_or(f64::NEG_INFINITY, |vertex| f64::from(vertex.z))
 }
 
