@@ -1,1 +1,73 @@
-fn main() {}
+//! `dsm-tools`: deep shadow maps on the command line.
+
+mod args;
+mod cmd;
+mod output;
+mod parallel;
+mod points;
+mod raster;
+
+use std::io::{self, ErrorKind, Write};
+use std::process::ExitCode;
+
+use args::Request;
+
+/// The input or a check failed.
+const FAILED: u8 = 1;
+/// Wrong usage.
+const WRONG_USAGE: u8 = 2;
+
+fn main() -> ExitCode {
+    let request = match Request::parse() {
+        Ok(request) => request,
+        Err(error) => {
+            // Nobody may be there to read it.
+            drop(error.print());
+            return if error.use_stderr() { WRONG_USAGE.into() } else { ExitCode::SUCCESS };
+        }
+    };
+    let done = match request {
+        Request::Inspect(request) => cmd::inspect::run(&request),
+        Request::Lookup(request) => cmd::lookup::run(&request),
+        Request::Verify(request) => cmd::verify::run(&request),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        // Whoever reads has seen enough.
+        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            drop(writeln!(io::stderr(), "{}", error_line(&error)));
+            FAILED.into()
+        }
+    }
+}
+
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    let kinds = error.chain().filter_map(|cause| cause.downcast_ref::<io::Error>());
+    kinds.map(io::Error::kind).any(|kind| kind == ErrorKind::BrokenPipe)
+}
+
+/// The error and its causes in one line, whatever file names hold.
+fn error_line(error: &anyhow::Error) -> String {
+    let line = format!("error: {error:#}");
+    line.chars().map(|letter| if letter.is_control() { ' ' } else { letter }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use anyhow::{Context, anyhow};
+
+    #[test]
+    fn errors_are_one_line_with_their_causes() {
+        let error = anyhow!("no such\r\nthing").context("reading a\nb");
+        assert_eq!(error_line(&error), "error: reading a b: no such  thing");
+    }
+
+    #[test]
+    fn broken_pipes_are_found_below_other_errors() {
+        let pipe = Err::<(), _>(io::Error::from(ErrorKind::BrokenPipe)).context("writing");
+        assert!(is_broken_pipe(&pipe.unwrap_err()));
+        assert!(!is_broken_pipe(&anyhow!("broken pipe")));
+    }
+}

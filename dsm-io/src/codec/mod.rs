@@ -29,7 +29,9 @@ impl Codec {
         }
     }
 
-    pub(crate) const fn from_tag(tag: u8) -> Option<Self> {
+    /// The codec with this number in the file, if it is known.
+    #[must_use]
+    pub const fn from_tag(tag: u8) -> Option<Self> {
         match tag {
             0 => Some(Self::Exact),
             _ => None,
@@ -65,7 +67,9 @@ impl Block {
         }
     }
 
-    pub(crate) const fn from_tag(tag: u8) -> Option<Self> {
+    /// The block with this number in the file, if it is known.
+    #[must_use]
+    pub const fn from_tag(tag: u8) -> Option<Self> {
         match tag {
             0 => Some(Self::Plain),
             1 => Some(Self::Zstd),

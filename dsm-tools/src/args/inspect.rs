@@ -1,0 +1,60 @@
+//! The switches of `inspect`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::values::{self, ImageFile, ImageFormat};
+
+/// Shows what a map says of itself
+///
+/// Also one pixel's visibility function, as a list of vertices or as a plot,
+/// and the light that is left at one depth over the whole map, as an image.
+#[derive(Debug, Args)]
+pub(crate) struct InspectFlags {
+    /// A deep shadow map (.dsm)
+    file: PathBuf,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+    /// List the vertices of the pixel in column X and row Y
+    #[arg(long, value_name = "X,Y", value_parser = values::pixel)]
+    pixel: Option<[u32; 2]>,
+    /// Plot that pixel's visibility function, as .svg or .png
+    #[arg(long, value_name = "OUT", requires = "pixel")]
+    #[arg(value_parser = values::image_file([ImageFormat::Svg, ImageFormat::Png]))]
+    plot: Option<ImageFile>,
+    /// Take the light that is left at depth Z, in scene units ...
+    #[arg(long, value_name = "Z", requires = "image", allow_negative_numbers = true)]
+    #[arg(value_parser = values::depth)]
+    slice: Option<f32>,
+    /// ... and write it as an image, .png (8 bits, sRGB) or .exr (linear)
+    #[arg(long, value_name = "OUT", requires = "slice")]
+    #[arg(value_parser = values::image_file([ImageFormat::Png, ImageFormat::Exr]))]
+    image: Option<ImageFile>,
+}
+
+/// The light at a depth, and where to write it.
+#[derive(Debug)]
+pub(crate) struct SliceFile {
+    pub(crate) depth: f32,
+    pub(crate) image: ImageFile,
+}
+
+/// What `inspect` was asked.
+#[derive(Debug)]
+pub(crate) struct Inspect {
+    pub(crate) file: PathBuf,
+    pub(crate) json: bool,
+    pub(crate) pixel: Option<[u32; 2]>,
+    pub(crate) plot: Option<ImageFile>,
+    pub(crate) slice: Option<SliceFile>,
+}
+
+impl From<InspectFlags> for Inspect {
+    fn from(flags: InspectFlags) -> Self {
+        let InspectFlags { file, json, pixel, plot, slice, image } = flags;
+        let slice = slice.zip(image).map(|(depth, image)| SliceFile { depth, image });
+        Self { file, json, pixel, plot, slice }
+    }
+}

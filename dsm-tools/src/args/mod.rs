@@ -1,0 +1,69 @@
+//! What was typed, and what it asks for.
+
+mod inspect;
+mod lookup;
+mod values;
+mod verify;
+
+pub(crate) use inspect::{Inspect, SliceFile};
+pub(crate) use lookup::{Lookup, Space};
+pub(crate) use values::ImageFormat;
+pub(crate) use verify::Verify;
+
+use clap::error::ErrorKind;
+use clap::{CommandFactory, Parser, Subcommand};
+
+/// Inspects, looks up and verifies deep shadow maps.
+#[derive(Debug, Parser)]
+#[command(name = "dsm-tools", version)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Inspect(inspect::InspectFlags),
+    Lookup(lookup::LookupFlags),
+    Verify(verify::VerifyFlags),
+}
+
+/// What the program was asked to do, with everything checked that can be
+/// without opening a file.
+#[derive(Debug)]
+pub(crate) enum Request {
+    Inspect(Inspect),
+    Lookup(Lookup),
+    Verify(Verify),
+}
+
+impl Request {
+    /// Reads the command line.
+    pub(crate) fn parse() -> Result<Self, clap::Error> {
+        Ok(match Arguments::try_parse()?.command {
+            Command::Inspect(flags) => Self::Inspect(flags.into()),
+            Command::Lookup(flags) => {
+                Self::Lookup(flags.try_into().map_err(|error| wrong("lookup", error))?)
+            }
+            Command::Verify(flags) => Self::Verify(flags.into()),
+        })
+    }
+}
+
+/// A usage error of a command that only its switches together show.
+fn wrong(name: &str, error: impl std::fmt::Display) -> clap::Error {
+    let mut program = Arguments::command();
+    program.build();
+    let command = program.find_subcommand(name).cloned();
+    command.unwrap_or(program).error(ErrorKind::ValueValidation, error)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+}

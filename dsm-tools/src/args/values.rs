@@ -1,0 +1,104 @@
+//! Values of switches.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use clap::builder::{PathBufValueParser, RangedU64ValueParser, TypedValueParser};
+
+/// How much of the machine a command takes.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct Effort {
+    /// Threads to work with [default: all cores]
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    pub(crate) threads: Option<usize>,
+}
+
+/// The kinds of image that a command can write.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ImageFormat {
+    Svg,
+    Png,
+    Exr,
+}
+
+impl ImageFormat {
+    const ALL: [(Self, &str); 3] = [(Self::Svg, "svg"), (Self::Png, "png"), (Self::Exr, "exr")];
+
+    fn of(path: &Path) -> Option<Self> {
+        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+        Self::ALL.into_iter().find(|(_, name)| *name == extension).map(|(format, _)| format)
+    }
+
+    fn name(self) -> &'static str {
+        Self::ALL.into_iter().find(|&(format, _)| format == self).map_or("", |(_, name)| name)
+    }
+}
+
+/// An image to write. The name's end says which kind it is.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ImageFile {
+    pub(crate) path: PathBuf,
+    pub(crate) format: ImageFormat,
+}
+
+/// Accepts names of images of one of these two kinds.
+pub(super) fn image_file(kinds: [ImageFormat; 2]) -> impl TypedValueParser<Value = ImageFile> {
+    PathBufValueParser::new().try_map(move |path| {
+        match ImageFormat::of(&path).filter(|format| kinds.contains(format)) {
+            Some(format) => Ok(ImageFile { path, format }),
+            None => {
+                let [one, other] = kinds.map(ImageFormat::name);
+                Err(format!("the name must end in .{one} or .{other}"))
+            }
+        }
+    })
+}
+
+/// A number that is not NaN or infinite.
+pub(super) fn finite(text: &str) -> Result<f32, String> {
+    number(text).and_then(|number| {
+        if number.is_finite() { Ok(number) } else { Err("it must be finite".to_owned()) }
+    })
+}
+
+/// A depth, which may be infinite: then everything lies in front of it.
+pub(super) fn depth(text: &str) -> Result<f32, String> {
+    number(text).and_then(|depth| {
+        if depth.is_nan() { Err("a depth must be a number".to_owned()) } else { Ok(depth) }
+    })
+}
+
+/// A pixel: its column and row.
+pub(super) fn pixel(text: &str) -> Result<[u32; 2], String> {
+    let (x, y) = text.split_once(',').ok_or("a pixel is its column and row: X,Y")?;
+    let side = |text: &str| text.trim().parse().map_err(|error| format!("\"{text}\": {error}"));
+    Ok([side(x)?, side(y)?])
+}
+
+fn number(text: &str) -> Result<f32, String> {
+    text.trim().parse().map_err(|error: std::num::ParseFloatError| error.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_what_their_switches_can_use() {
+        assert_eq!(finite("-0.5"), Ok(-0.5));
+        assert!(finite("inf").is_err() && finite("nan").is_err() && finite("1_0").is_err());
+        assert_eq!(depth("inf"), Ok(f32::INFINITY));
+        assert!(depth("NaN").is_err());
+        assert_eq!(pixel("3, 4"), Ok([3, 4]));
+        for text in ["3", "3,", "-1,2", "1,2,3", "4294967296,0"] {
+            assert!(pixel(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn names_say_the_kind_of_image() {
+        assert_eq!(ImageFormat::of(Path::new("a.b.PNG")), Some(ImageFormat::Png));
+        assert_eq!(ImageFormat::of(Path::new("png")), None);
+        assert_eq!(ImageFormat::of(Path::new("a.tif")), None);
+    }
+}

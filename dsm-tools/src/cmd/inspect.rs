@@ -1,0 +1,87 @@
+//! `inspect`: what a map says of itself, and what is in it.
+
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use dsm_core::{DeepMap, Rgb, Transmittance, VisibilityFunction};
+use dsm_io::{AnyDeepMap, Limits, MapReader, TileId};
+
+use crate::args::{ImageFormat, Inspect, SliceFile};
+use crate::output::plot;
+use crate::output::slice::Slice;
+use crate::output::summary::{PixelSummary, Summary};
+
+pub(crate) fn run(request: &Inspect) -> Result<()> {
+    let reader = MapReader::open(&request.file, &Limits::default())?;
+    let mut summary = Summary::new(&reader)?;
+    if let Some(pixel) = request.pixel {
+        summary.pixel = Some(if reader.metadata().channels == 1 {
+            inspect_pixel::<f32>(&reader, pixel, request)
+        } else {
+            inspect_pixel::<Rgb>(&reader, pixel, request)
+        }?);
+    }
+    if let Some(file) = &request.slice {
+        match &AnyDeepMap::read(&reader, 0)? {
+            AnyDeepMap::Mono(map) => write_slice(map, file),
+            AnyDeepMap::Rgb(map) => write_slice(map, file),
+        }?;
+    }
+    let mut output = BufWriter::new(io::stdout().lock());
+    if request.json {
+        serde_json::to_writer(&mut output, &summary).map_err(io::Error::from)?;
+        writeln!(output)?;
+    } else {
+        writeln!(output, "{}", request.file.display())?;
+        summary.write_text(&mut output)?;
+    }
+    Ok(output.flush()?)
+}
+
+/// The vertices of a pixel of level 0, plotted if that is asked.
+fn inspect_pixel<T: Transmittance>(
+    reader: &MapReader,
+    [x, y]: [u32; 2],
+    request: &Inspect,
+) -> Result<PixelSummary> {
+    let function = read_pixel::<T>(reader, [x, y])?;
+    if let Some(file) = &request.plot {
+        let name = request.file.file_name().unwrap_or_default().to_string_lossy();
+        let vertices = function.view().len();
+        let title = format!("{name}, pixel ({x}, {y}), {vertices} vertices");
+        let drawn = match file.format {
+            ImageFormat::Svg => plot::svg(function.view(), &title)?.into_bytes(),
+            _ => plot::png(function.view(), &title)?,
+        };
+        write_file(&file.path, &drawn)?;
+    }
+    Ok(PixelSummary::new([x, y], function.view()))
+}
+
+fn read_pixel<T: Transmittance>(
+    reader: &MapReader,
+    [x, y]: [u32; 2],
+) -> Result<VisibilityFunction<T>> {
+    let level = reader.levels()[0];
+    if x >= level.width || y >= level.height {
+        let [width, height] = [level.width, level.height];
+        bail!("pixel ({x}, {y}) lies outside the map of {width} × {height} pixels");
+    }
+    let id = TileId::new(0, x / level.tile_width, y / level.tile_height);
+    let (tile, rect) = (reader.tile::<T>(id)?, reader.tile_rect(id)?);
+    Ok(tile.view().pixel(x - rect.x, y - rect.y).to_function())
+}
+
+fn write_slice<T: Transmittance>(map: &DeepMap<T>, file: &SliceFile) -> Result<()> {
+    let slice = Slice::new(map, file.depth)?;
+    let encoded = match file.image.format {
+        ImageFormat::Exr => slice.exr(map.info())?,
+        _ => slice.png()?,
+    };
+    write_file(&file.image.path, &encoded)
+}
+
+fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
+    std::fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
+}

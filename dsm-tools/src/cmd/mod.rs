@@ -1,0 +1,5 @@
+//! The commands: what each does, once it is known what is asked.
+
+pub(crate) mod inspect;
+pub(crate) mod lookup;
+pub(crate) mod verify;

@@ -1,0 +1,210 @@
+//! A plot of one pixel's visibility function, as SVG or PNG.
+
+use std::sync::Arc;
+
+use anyhow::{Context, Result, anyhow};
+use dsm_core::{Transmittance, VisibilityView};
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use resvg::{tiny_skia, usvg};
+
+/// Width and height of a plot, in pixels and SVG units. The library rounds
+/// corners to whole units, so they had better be small.
+const SIZE: (u32, u32) = (1800, 1120);
+/// The family that [`FONT`] has, and that SVG viewers look for.
+const FAMILY: &str = "sans-serif";
+/// A fresh machine has no fonts, so the program brings its own.
+const FONT: &[u8] = epaint_default_fonts::UBUNTU_LIGHT;
+
+const INK: RGBColor = RGBColor(0x2b, 0x2f, 0x36);
+const GRID: RGBColor = RGBColor(0xdf, 0xe2, 0xe7);
+/// The curve of a mono pixel.
+const MONO: (&str, RGBColor) = ("V", RGBColor(0x1f, 0x5f, 0xa8));
+/// The curves of a coloured pixel.
+const CHANNELS: [(&str, RGBColor); 3] = [
+    ("red", RGBColor(0xd0, 0x3a, 0x3a)),
+    ("green", RGBColor(0x2c, 0x96, 0x4b)),
+    ("blue", RGBColor(0x2f, 0x62, 0xc9)),
+];
+
+/// The plot of `function` as an SVG document.
+///
+/// Steps are vertical, ramps are straight, and the curve runs from edge to
+/// edge: 1 before the first vertex, the last value after the last.
+pub(crate) fn svg<T: Transmittance>(
+    function: VisibilityView<'_, T>,
+    title: &str,
+) -> Result<String> {
+    // Control characters are no XML.
+    let title: String = title.chars().filter(|letter| !letter.is_control()).collect();
+    let mut document = String::new();
+    {
+        let area = SVGBackend::with_string(&mut document, SIZE).into_drawing_area();
+        draw(&area, function, &title).map_err(|error| anyhow!("drawing the plot: {error}"))?;
+    }
+    Ok(document)
+}
+
+/// The plot of `function` as a PNG file.
+pub(crate) fn png<T: Transmittance>(
+    function: VisibilityView<'_, T>,
+    title: &str,
+) -> Result<Vec<u8>> {
+    let mut fonts = usvg::fontdb::Database::new();
+    fonts.load_font_data(FONT.to_vec());
+    let family = fonts.faces().next().and_then(|face| face.families.first().cloned());
+    let (family, _) = family.context("the built-in font has no family")?;
+    fonts.set_sans_serif_family(family);
+    let options = usvg::Options { fontdb: Arc::new(fonts), ..usvg::Options::default() };
+    let tree =
+        usvg::Tree::from_str(&svg(function, title)?, &options).context("drawing the plot")?;
+    let mut pixels =
+        tiny_skia::Pixmap::new(SIZE.0, SIZE.1).context("no room for the plot's pixels")?;
+    resvg::render(&tree, tiny_skia::Transform::identity(), &mut pixels.as_mut());
+    pixels.encode_png().context("encoding the plot")
+}
+
+type Drawn = std::result::Result<(), Box<dyn std::error::Error>>;
+
+fn draw<T: Transmittance>(
+    area: &DrawingArea<SVGBackend<'_>, Shift>,
+    function: VisibilityView<'_, T>,
+    title: &str,
+) -> Drawn {
+    let text = |size: u32| (FAMILY, size).into_font().color(&INK);
+    area.fill(&WHITE)?;
+    let (near, far) = padded_range(function.depths());
+    let mut chart = ChartBuilder::on(area)
+        .caption(title, text(44))
+        .margin(40)
+        .x_label_area_size(104)
+        .y_label_area_size(128)
+        .build_cartesian_2d(near..far, -0.02..1.04)?;
+    chart
+        .configure_mesh()
+        .light_line_style(TRANSPARENT)
+        .bold_line_style(GRID.stroke_width(2))
+        .axis_style(INK.stroke_width(2))
+        .set_all_tick_mark_size(10)
+        .label_style(text(32))
+        .axis_desc_style(text(36))
+        .x_desc("depth z")
+        .y_desc("visibility V(z)")
+        .x_labels(9)
+        .y_labels(11)
+        .x_label_formatter(&|depth| depth_label(*depth, far - near))
+        .y_label_formatter(&|value| format!("{value:.1}"))
+        .draw()?;
+    let curves = if function.is_mono() { &[MONO][..] } else { &CHANNELS };
+    for (channel, &(name, colour)) in curves.iter().enumerate() {
+        let line = colour.stroke_width(6);
+        let outline = outline(function, channel, near, far);
+        chart
+            .draw_series(LineSeries::new(outline, line))?
+            .label(name)
+            .legend(move |(x, y)| PathElement::new([(x, y), (x + 48, y)], line));
+    }
+    if curves.len() > 1 {
+        chart
+            .configure_series_labels()
+            .label_font(text(32))
+            .legend_area_size(60)
+            .margin(20)
+            .background_style(WHITE)
+            .border_style(GRID.stroke_width(2))
+            .position(SeriesLabelPosition::LowerLeft)
+            .draw()?;
+    }
+    area.present()?;
+    Ok(())
+}
+
+/// The corners of one channel's curve over [`near`, `far`].
+fn outline<T: Transmittance>(
+    function: VisibilityView<'_, T>,
+    channel: usize,
+    near: f64,
+    far: f64,
+) -> Vec<(f64, f64)> {
+    let value = |value: T| f64::from(value.channel(channel));
+    let vertices = function.vertices().map(|vertex| (f64::from(vertex.z), value(vertex.value)));
+    let (first, last) = ((near, 1.0), (far, value(function.last())));
+    std::iter::once(first).chain(vertices).chain([last]).collect()
+}
+
+/// Where the plot begins and ends: a twelfth more than the vertices on both
+/// sides.
+fn padded_range(depths: &[f32]) -> (f64, f64) {
+    let (Some(&first), Some(&last)) = (depths.first(), depths.last()) else {
+        return (0.0, 1.0);
+    };
+    let (first, last) = (f64::from(first), f64::from(last));
+    let extent = if last > first { last - first } else { last.max(1e-6) };
+    (first - extent / 12.0, last + extent / 12.0)
+}
+
+/// A depth on the axis, with the digits that tell the labels of an axis of
+/// this `extent` apart.
+fn depth_label(depth: f64, extent: f64) -> String {
+    let decimals = (1.5 - extent.log10()).ceil();
+    if (-6.0..=6.0).contains(&decimals) {
+        format!("{depth:.*}", decimals.max(0.0) as usize)
+    } else {
+        format!("{depth:.3e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dsm_core::{Rgb, Vertex, VisibilityFunction};
+
+    #[test]
+    fn the_curve_runs_from_edge_to_edge() {
+        let vertices = [(1.0, 1.0), (1.0, 0.5), (2.0, 0.25)];
+        let function =
+            VisibilityFunction::new(vertices.map(|(z, value)| Vertex::new(z, value))).unwrap();
+        let corners = outline::<f32>(function.view(), 0, 0.5, 3.0);
+        assert_eq!(corners, [(0.5, 1.0), (1.0, 1.0), (1.0, 0.5), (2.0, 0.25), (3.0, 0.25)]);
+    }
+
+    #[test]
+    fn the_axis_is_wider_than_the_vertices() {
+        for depths in [&[][..], &[0.0], &[0.0, 0.0], &[7.0], &[1.0, 13.0], &[100.0, 100.000_01]] {
+            let (near, far) = padded_range(depths);
+            assert!(near < far, "{depths:?}");
+            assert!(depths.iter().all(|&z| near < f64::from(z) && f64::from(z) < far));
+        }
+        assert_eq!(padded_range(&[1.0, 13.0]), (0.0, 14.0));
+    }
+
+    #[test]
+    fn labels_tell_depths_apart() {
+        assert_eq!(depth_label(2.5, 3.2), "2.5");
+        assert_eq!(depth_label(46.95, 0.3), "46.950");
+        assert_eq!(depth_label(1500.0, 4000.0), "1500");
+        assert_eq!(depth_label(2e30, 1e31), "2.000e30");
+    }
+
+    #[test]
+    fn a_mono_plot_has_one_curve_and_a_coloured_one_three() {
+        let curves = |svg: &str| svg.matches("stroke-width=\"6\"").count();
+        let grey = [Vertex::new(1.0, 1.0), Vertex::new(2.0, 0.5)];
+        let grey = VisibilityFunction::new(grey).unwrap();
+        assert_eq!(curves(&svg(grey.view(), "a & b").unwrap()), 1);
+        let coloured = [Vertex::new(1.0, Rgb::CLEAR), Vertex::new(2.0, Rgb::new(0.5, 0.2, 0.1))];
+        let coloured = VisibilityFunction::new(coloured).unwrap();
+        // Each has a line in the legend, too.
+        assert_eq!(curves(&svg(coloured.view(), "a").unwrap()), 6);
+    }
+
+    #[test]
+    fn extreme_depths_can_be_drawn() {
+        for depths in [[0.0, 0.0], [0.0, f32::MAX], [1e-40, 2e-40], [f32::MAX, f32::MAX]] {
+            let vertices = [Vertex::new(depths[0], 1.0), Vertex::new(depths[1], 0.5)];
+            let function = VisibilityFunction::<f32>::new(vertices).unwrap();
+            let image = png(function.view(), "a <\u{1} b").unwrap();
+            assert!(image.starts_with(b"\x89PNG"));
+        }
+    }
+}

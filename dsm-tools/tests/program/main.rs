@@ -1,0 +1,11 @@
+//! The program `dsm-tools` as scripts see it: what it prints, what it writes
+//! and how it exits.
+
+#![cfg(test)]
+
+mod inspect;
+mod lookup;
+mod maps;
+mod run;
+mod usage;
+mod verify;

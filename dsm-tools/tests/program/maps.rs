@@ -1,0 +1,101 @@
+//! Small maps to ask things of.
+
+use std::path::{Path, PathBuf};
+
+use dsm_core::{
+    DeepMap, Filter, FilterShape, MapInfo, PixelListsBuilder, PixelWindow, Rgb, ShadowCamera,
+    Tolerance, Transmittance, Vertex,
+};
+use dsm_io::{AchievedError, Attribute, Block, Metadata, WriteOptions, write_map};
+use glam::{Mat4, Vec4};
+use tempfile::TempDir;
+
+/// A folder that goes away with the test.
+pub(crate) struct Folder(TempDir);
+
+impl Folder {
+    pub(crate) fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    pub(crate) fn write(&self, name: &str, content: impl AsRef<[u8]>) -> PathBuf {
+        let path = self.path(name);
+        std::fs::write(&path, content).unwrap();
+        path
+    }
+
+    pub(crate) fn map<T: Transmittance>(&self, name: &str, map: &DeepMap<T>) -> PathBuf {
+        let path = self.path(name);
+        write(&path, map);
+        path
+    }
+}
+
+/// Width and height of the maps.
+pub(crate) const SIZE: [u32; 2] = [7, 5];
+
+/// A pixel of its own kind everywhere: pixel (x, y) is clear if x = y; else
+/// it has a step at depth 1 + x and a ramp from there to depth 10 + y.
+/// `tint` colours a share of blocked light.
+pub(crate) fn map<T: Transmittance>(info: MapInfo, tint: impl Fn(f32) -> T) -> DeepMap<T> {
+    let mut pixels = PixelListsBuilder::new(SIZE[0], SIZE[1]);
+    for (y, x) in (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (y, x))) {
+        if x != y {
+            let step = 1.0 + x as f32;
+            pixels.push(Vertex::new(step, T::CLEAR));
+            pixels.push(Vertex::new(step, tint(0.3)));
+            pixels.push(Vertex::new(10.0 + y as f32, tint(0.9)));
+        }
+        pixels.finish_pixel().unwrap();
+    }
+    DeepMap::new(info, pixels.finish().unwrap())
+}
+
+pub(crate) fn mono(info: MapInfo) -> DeepMap<f32> {
+    map(info, |blocked| 1.0 - blocked)
+}
+
+pub(crate) fn rgb(info: MapInfo) -> DeepMap<Rgb> {
+    map(info, |blocked| Rgb::new(1.0 - blocked, 1.0 - 0.5 * blocked, 1.0 - 0.1 * blocked))
+}
+
+/// A map's info with everything known. The camera stands at the origin and
+/// looks down −z; NDC covers [−2, 2] × [−1, 1] at any depth, and 20 × 10
+/// pixels, of which the map holds those from (3, 2).
+pub(crate) fn full_info() -> MapInfo {
+    let world_to_ndc = Mat4::from_rows(
+        Vec4::new(0.25, 0.0, 0.0, 0.5),
+        Vec4::new(0.0, -0.5, 0.0, 0.5),
+        Vec4::Z,
+        Vec4::W,
+    );
+    let camera =
+        ShadowCamera { world_to_camera: Some(Mat4::IDENTITY), world_to_ndc: Some(world_to_ndc) };
+    MapInfo {
+        camera: Some(camera),
+        tolerance: Tolerance::new(0.02).unwrap(),
+        samples: Some(16),
+        filter: Some(Filter::new(FilterShape::Tent, 2.0).unwrap()),
+        data_window: Some(PixelWindow { min: [3, 2], max: [9, 6] }),
+        display_window: Some(PixelWindow { min: [0, 0], max: [19, 9] }),
+        ..MapInfo::default()
+    }
+}
+
+/// Where in the world the raster position and depth of a map with
+/// [`full_info`] lie.
+pub(crate) fn world([x, y, depth]: [f64; 3]) -> [f64; 3] {
+    [((x + 3.0) / 20.0 - 0.5) * 4.0, (0.5 - (y + 2.0) / 10.0) * 2.0, -depth]
+}
+
+fn write<T: Transmittance>(path: &Path, map: &DeepMap<T>) {
+    let mut metadata = Metadata::new(SIZE[0], SIZE[1], T::CHANNELS as u8, *map.info());
+    metadata.attributes.insert("owner".to_owned(), Attribute::string("lighting"));
+    let options = WriteOptions::default().with_tile_size(4).with_block(Block::Zstd);
+    let error = AchievedError { max: map.info().tolerance.epsilon() / 2.0, mean: 0.0 };
+    write_map(path, metadata, map, error, options).unwrap();
+}
