@@ -110,25 +110,25 @@ impl Band<'_> {
         let mut exact = ExactFunction::new(tolerance.chord());
         let mut report = ImportReport::default();
         let mut differences = DifferenceSummary::default();
-        let mut chord_error = 0.0;
+        let mut worst = 0.0_f64;
+        let mut curved = 0_u32;
         for (row, column) in (0..height).flat_map(|row| columns.clone().map(move |x| (row, x))) {
             let pixel = row as usize * self.width as usize + column as usize;
             functions.function(pixel, &mut exact, &mut report)?;
-            let mut left = tolerance;
-            if exact.is_curved() {
-                chord_error = tolerance.chord();
-                left = tolerance.after(chord_error);
-            }
-            compress_pixel(exact.vertices(), left, &mut pixels)?;
+            // Only a curved pixel has spent some of the tolerance on chords;
+            // the others may spend all of it here.
+            let chord_error = if exact.is_curved() { tolerance.chord() } else { 0.0 };
+            curved += u32::from(exact.is_curved());
+            compress_pixel(exact.vertices(), tolerance.after(chord_error), &mut pixels)?;
             if let Some(compressed) = pixels.last_pixel() {
                 let difference = VisibilityDifference::between(exact.vertices(), &compressed);
+                worst = worst.max(difference.max() + chord_error);
                 differences.add(pixel, difference);
             }
         }
-        let achieved = AchievedError {
-            max: (differences.max() + chord_error) as f32,
-            mean: (differences.mean() + chord_error) as f32,
-        };
+        let chord_share = f64::from(curved) / differences.pixels().max(1) as f64;
+        let mean = differences.mean() + chord_share * tolerance.chord();
+        let achieved = AchievedError { max: worst as f32, mean: mean.min(worst) as f32 };
         let write = &self.options.write;
         let encoded = EncodedTile::encode(pixels.finish()?.view(), write.codec, write.block)?;
         Ok(CompressedTile { encoded, achieved, report })
