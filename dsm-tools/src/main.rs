@@ -27,6 +27,7 @@ fn main() -> ExitCode {
         }
     };
     let done = match request {
+        Request::Convert(request) => cmd::convert::run(&request),
         Request::Inspect(request) => cmd::inspect::run(&request),
         Request::Lookup(request) => cmd::lookup::run(&request),
         Request::Verify(request) => cmd::verify::run(&request),
@@ -49,8 +50,7 @@ fn is_broken_pipe(error: &anyhow::Error) -> bool {
 
 /// The error and its causes in one line, whatever file names hold.
 fn error_line(error: &anyhow::Error) -> String {
-    let line = format!("error: {error:#}");
-    line.chars().map(|letter| if letter.is_control() { ' ' } else { letter }).collect()
+    output::printable(&format!("error: {error:#}"))
 }
 
 #[cfg(test)]

@@ -1,10 +1,12 @@
 //! What was typed, and what it asks for.
 
+mod convert;
 mod inspect;
 mod lookup;
 mod values;
 mod verify;
 
+pub(crate) use convert::Convert;
 pub(crate) use inspect::{Inspect, SliceFile};
 pub(crate) use lookup::{Lookup, Space};
 pub(crate) use values::ImageFormat;
@@ -13,7 +15,7 @@ pub(crate) use verify::Verify;
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 
-/// Inspects, looks up and verifies deep shadow maps.
+/// Converts, inspects, looks up and verifies deep shadow maps.
 #[derive(Debug, Parser)]
 #[command(name = "dsm-tools", version)]
 struct Arguments {
@@ -23,6 +25,7 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Convert(convert::ConvertFlags),
     Inspect(inspect::InspectFlags),
     Lookup(lookup::LookupFlags),
     Verify(verify::VerifyFlags),
@@ -32,6 +35,7 @@ enum Command {
 /// without opening a file.
 #[derive(Debug)]
 pub(crate) enum Request {
+    Convert(Convert),
     Inspect(Inspect),
     Lookup(Lookup),
     Verify(Verify),
@@ -41,6 +45,7 @@ impl Request {
     /// Reads the command line.
     pub(crate) fn parse() -> Result<Self, clap::Error> {
         Ok(match Arguments::try_parse()?.command {
+            Command::Convert(flags) => Self::Convert(flags.into()),
             Command::Inspect(flags) => Self::Inspect(flags.into()),
             Command::Lookup(flags) => {
                 Self::Lookup(flags.try_into().map_err(|error| wrong("lookup", error))?)

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::{PathBufValueParser, RangedU64ValueParser, TypedValueParser};
+use dsm_core::Tolerance;
 
 /// How much of the machine a command takes.
 #[derive(Clone, Copy, Debug, Args)]
@@ -25,13 +26,17 @@ impl ImageFormat {
     const ALL: [(Self, &str); 3] = [(Self::Svg, "svg"), (Self::Png, "png"), (Self::Exr, "exr")];
 
     fn of(path: &Path) -> Option<Self> {
-        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+        let extension = extension(path)?;
         Self::ALL.into_iter().find(|(_, name)| *name == extension).map(|(format, _)| format)
     }
 
     fn name(self) -> &'static str {
         Self::ALL.into_iter().find(|&(format, _)| format == self).map_or("", |(_, name)| name)
     }
+}
+
+fn extension(path: &Path) -> Option<String> {
+    Some(path.extension()?.to_str()?.to_ascii_lowercase())
 }
 
 /// An image to write. The name's end says which kind it is.
@@ -54,6 +59,14 @@ pub(super) fn image_file(kinds: [ImageFormat; 2]) -> impl TypedValueParser<Value
     })
 }
 
+/// Accepts names of maps, and of images that hold the same.
+pub(super) fn map_file() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|path| match extension(&path).as_deref() {
+        Some("dsm" | "exr") => Ok(path),
+        _ => Err("the name must end in .dsm"),
+    })
+}
+
 /// A number that is not NaN or infinite.
 pub(super) fn finite(text: &str) -> Result<f32, String> {
     number(text).and_then(|number| {
@@ -66,6 +79,11 @@ pub(super) fn depth(text: &str) -> Result<f32, String> {
     number(text).and_then(|depth| {
         if depth.is_nan() { Err("a depth must be a number".to_owned()) } else { Ok(depth) }
     })
+}
+
+/// An error bound.
+pub(super) fn tolerance(text: &str) -> Result<Tolerance, String> {
+    number(text).and_then(|epsilon| Tolerance::new(epsilon).map_err(|error| error.to_string()))
 }
 
 /// A pixel: its column and row.
@@ -89,6 +107,8 @@ mod tests {
         assert!(finite("inf").is_err() && finite("nan").is_err() && finite("1_0").is_err());
         assert_eq!(depth("inf"), Ok(f32::INFINITY));
         assert!(depth("NaN").is_err());
+        assert_eq!(tolerance("0.02").map(Tolerance::epsilon), Ok(0.02_f32));
+        assert!(tolerance("1").is_err() && tolerance("-1e-9").is_err());
         assert_eq!(pixel("3, 4"), Ok([3, 4]));
         for text in ["3", "3,", "-1,2", "1,2,3", "4294967296,0"] {
             assert!(pixel(text).is_err(), "{text}");

@@ -4,27 +4,48 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::values::Effort;
+
 /// Checks every checksum and every invariant of maps
+///
+/// With --against also that each map keeps its stated tolerance to the file
+/// that it was made of.
 #[derive(Debug, Args)]
 pub(crate) struct VerifyFlags {
     /// Deep shadow maps (.dsm)
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
+    /// Check the stated tolerance against this deep .exr, flat depth .exr or
+    /// .dsm
+    #[arg(long, value_name = "SOURCE")]
+    against: Option<PathBuf>,
+    /// The part of SOURCE to read [default: the first deep one]
+    #[arg(long, value_name = "NAME", requires = "against")]
+    part: Option<String>,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    effort: Effort,
+    /// Show no progress
+    #[arg(long)]
+    quiet: bool,
 }
 
 /// What `verify` was asked.
 #[derive(Debug)]
 pub(crate) struct Verify {
     pub(crate) files: Vec<PathBuf>,
+    pub(crate) against: Option<PathBuf>,
+    pub(crate) part: Option<String>,
     pub(crate) json: bool,
+    pub(crate) effort: Effort,
+    pub(crate) quiet: bool,
 }
 
 impl From<VerifyFlags> for Verify {
     fn from(flags: VerifyFlags) -> Self {
-        let VerifyFlags { files, json } = flags;
-        Self { files, json }
+        let VerifyFlags { files, against, part, json, effort, quiet } = flags;
+        Self { files, against, part, json, effort, quiet }
     }
 }

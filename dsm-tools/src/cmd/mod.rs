@@ -1,5 +1,6 @@
 //! The commands: what each does, once it is known what is asked.
 
+pub(crate) mod convert;
 pub(crate) mod inspect;
 pub(crate) mod lookup;
 pub(crate) mod verify;

@@ -4,10 +4,12 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use anyhow::{Result, bail};
-use dsm_io::{Limits, MapReader};
+use dsm_io::{Error, Limits, MapReader, MapSource, check_bound};
 use serde::Serialize;
 
 use crate::args::Verify;
+use crate::output::progress;
+use crate::parallel::with_threads;
 
 /// What `--json` prints.
 #[derive(Serialize)]
@@ -24,7 +26,9 @@ struct FileOutcome {
 }
 
 pub(crate) fn run(request: &Verify) -> Result<()> {
-    let files: Vec<_> = request.files.iter().map(|path| check(path)).collect();
+    let files: Vec<_> = with_threads(request.effort.threads, || {
+        Ok(request.files.iter().map(|path| check(path, request)).collect())
+    })?;
     let outcome = Outcome { ok: files.iter().all(|file| file.ok), files };
     let mut output = BufWriter::new(io::stdout().lock());
     if request.json {
@@ -37,13 +41,40 @@ pub(crate) fn run(request: &Verify) -> Result<()> {
     outcome.result()
 }
 
-fn check(path: &Path) -> FileOutcome {
+fn check(path: &Path, request: &Verify) -> FileOutcome {
     let errors = match MapReader::open(path, &Limits::default()) {
-        Ok(reader) => reader.verify(),
-        Err(error) => vec![error],
+        Ok(reader) => check_map(reader, request),
+        Err(error) => vec![error.to_string()],
     };
-    let errors: Vec<_> = errors.iter().map(|error| format!("{:#}", error)).collect();
     FileOutcome { path: path.display().to_string(), ok: errors.is_empty(), errors }
+}
+
+/// What is wrong with a map. Only one that is sound is held to its bound.
+fn check_map(reader: MapReader, request: &Verify) -> Vec<String> {
+    let errors: Vec<_> = reader.verify().iter().map(Error::to_string).collect();
+    match &request.against {
+        Some(source) if errors.is_empty() => {
+            check_against(reader, source, request).err().into_iter().collect()
+        }
+        _ => errors,
+    }
+}
+
+fn check_against(reader: MapReader, path: &Path, request: &Verify) -> Result<(), String> {
+    let limits = Limits::default();
+    let checked = MapSource::open(path, request.part.as_deref(), &limits).and_then(|mut source| {
+        let rows = u64::from(reader.metadata().height);
+        let bar = progress::bar(rows, "comparing".to_owned(), request.quiet);
+        let checked = check_bound(reader, &mut source, |rows| bar.set_position(rows.into()));
+        bar.finish_and_clear();
+        checked
+    });
+    match checked {
+        Ok(_) => Ok(()),
+        // That names a file already.
+        Err(error @ Error::File { .. }) => Err(error.to_string()),
+        Err(error) => Err(format!("against {}: {error}", path.display())),
+    }
 }
 
 impl Outcome {

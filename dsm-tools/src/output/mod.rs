@@ -2,5 +2,12 @@
 
 pub(crate) mod light;
 pub(crate) mod plot;
+pub(crate) mod progress;
 pub(crate) mod slice;
 pub(crate) mod summary;
+
+/// The text without what could break a line or move a terminal's cursor,
+/// whatever file names and metadata hold.
+pub(crate) fn printable(text: &str) -> String {
+    text.chars().map(|letter| if letter.is_control() { ' ' } else { letter }).collect()
+}

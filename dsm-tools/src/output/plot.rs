@@ -8,6 +8,8 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use resvg::{tiny_skia, usvg};
 
+use super::printable;
+
 /// Width and height of a plot, in pixels and SVG units. The library rounds
 /// corners to whole units, so they had better be small.
 const SIZE: (u32, u32) = (1800, 1120);
@@ -36,7 +38,7 @@ pub(crate) fn svg<T: Transmittance>(
     title: &str,
 ) -> Result<String> {
     // Control characters are no XML.
-    let title: String = title.chars().filter(|letter| !letter.is_control()).collect();
+    let title = printable(title);
     let mut document = String::new();
     {
         let area = SVGBackend::with_string(&mut document, SIZE).into_drawing_area();

@@ -7,6 +7,8 @@ use dsm_core::{DepthKind, Filter, PixelWindow, ShadowCamera, Transmittance, Visi
 use dsm_io::{Attribute, Block, Codec, Level, MapReader, TileDirectory, TileEntry};
 use serde::Serialize;
 
+use super::printable;
+
 /// A map's metadata and levels, and one of its pixels.
 #[derive(Serialize)]
 pub(crate) struct Summary<'a> {
@@ -282,11 +284,6 @@ fn encoding<'a>(
 ) -> String {
     let highest = tiles.map(tag).max().unwrap_or(0);
     name(highest).map_or_else(|| format!("unknown ({highest})"), str::to_owned)
-}
-
-/// The text without what could move the terminal's cursor.
-fn printable(text: &str) -> String {
-    text.chars().map(|letter| if letter.is_control() { ' ' } else { letter }).collect()
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 
 #![cfg(test)]
 
+mod convert;
 mod inspect;
 mod lookup;
 mod maps;
