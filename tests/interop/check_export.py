@@ -1,0 +1,122 @@
+"""Writes maps back to deep OpenEXR and reads the result with both official clients.
+
+check_export.py --tools PROGRAM [--data DIR] [--generated DIR] [--sample FILE]...
+
+The light through every pixel must be what the source lets through, in each layout, type and compression.
+"""
+
+import argparse
+import itertools
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+import deep_truth
+from check_lookup import questions, worst
+from tool import Failed, Tool
+
+LAYOUTS, TYPES, COMPRESSIONS = ("scanline", "tiled"), ("float", "half"), ("zips", "rle", "none")
+
+# In float the alphas of a product of many samples round; half alphas carry 11 bits each.
+ALLOWED = {"float": 2e-6, "half": 2e-3}
+
+REAL = ("colour_only_AR_AG_AB_scan_zips", "oiio_deepalpha", "oiio_deep-nosamples", "openexr_multivariate.deep")
+REAL += ("vol_tidy_scan_zips_float", "vol_tidy_tile_zips_half")
+GENERATED = ("opaque_volumes", "overlaps", "thin_volumes", "window_negative_tile", "empty_lines_rle", "points_1x17")
+GENERATED += ("volumes_colour_scan_zips_float", "volumes_only_red_has_its_own_alpha", "one_transparent_sample", "near_depths")
+GENERATED += ("camera_perspective_data_window_inside", "far_depths", "dense_volumes", "flat_depth_scan_zip")
+
+
+def same_window(source, written):
+    for name in ("dataWindow", "displayWindow"):
+        if np.any(np.asarray(source.attributes[name]) != np.asarray(written.attributes[name])):
+            raise Failed(f"{name} {written.attributes[name]}, wanted {source.attributes[name]}")
+
+
+def same_matrices(source, written):
+    for name in ("worldToCamera", "worldToNDC"):
+        if name not in source.attributes:
+            continue
+        if name not in written.attributes:
+            raise Failed(f"{name} is lost")
+        if not np.allclose(written.attributes[name], source.attributes[name], rtol=1e-5, atol=1e-5):
+            raise Failed(f"{name} {written.attributes[name]}, wanted {source.attributes[name]}")
+
+
+def same_light(source, written, asked, allowed, depth_rounding):
+    """T of the written image within `allowed`, after moving its steps by at most one rounding of its depths."""
+    pixel, depth, expected = asked
+    low = high = expected
+    if depth_rounding:
+        low = source.transmittance(pixel, depth * (1 + depth_rounding))
+        high = source.transmittance(pixel, depth * (1 - depth_rounding))
+    got = written.transmittance(pixel, depth)
+    return worst(source, pixel, depth, low - allowed, high + allowed, got)
+
+
+def check(tool, path, folder, matrices):
+    source = deep_truth.read_part(path)
+    pixel, depth = questions(source)
+    asked = pixel, depth, source.transmittance(pixel, depth)
+    image, out = Path(folder) / "image.dsm", Path(folder) / "out.exr"
+    tool.expect("convert", path, image, "--tolerance", 0)
+    report = []
+    combinations = list(itertools.product(LAYOUTS, TYPES, COMPRESSIONS))
+    if source.z.size > 20000:
+        combinations = combinations[:: len(COMPRESSIONS) + 1]
+    largest = {}
+    for layout, kind, compression in combinations:
+        switches = ("--exr-layout", layout, "--exr-type", kind, "--exr-compression", compression)
+        try:
+            tool.expect("convert", image, out, *switches)
+            (written,) = deep_truth.read_parts(out)
+            (again,) = deep_truth._read_with_openimageio(str(out))
+            for name in ("offsets", "z", "z_back", "alpha"):
+                if not np.array_equal(getattr(written, name), getattr(again, name)):
+                    raise Failed(f"the two clients read different {name}")
+            same_window(source, written)
+            if matrices:
+                same_matrices(source, written)
+            difference = same_light(source, written, asked, ALLOWED[kind], 0.0)
+        except Failed as error:
+            raise Failed(f"{' '.join(switches)}: {error}") from error
+        largest[kind] = max(largest.get(kind, 0.0), difference)
+        out.unlink()
+    report.append(f"{len(combinations)} ways")
+    report += [f"{kind} within {value:.2g}" for kind, value in largest.items()]
+    return ", ".join(report)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--tools", required=True, type=Path, help="the program dsm-tools")
+    parser.add_argument("--data", type=Path, help="folder of the real deep images")
+    parser.add_argument("--generated", type=Path, help="folder written by generate.py")
+    parser.add_argument("--sample", type=Path, action="append", default=[], help="one more image")
+    arguments = parser.parse_args()
+    tool = Tool(arguments.tools)
+    sources = [(path, True) for path in arguments.sample]
+    if arguments.generated:
+        sources += [(arguments.generated / f"{stem}.exr", True) for stem in GENERATED]
+    if arguments.data:
+        sources += [(arguments.data / f"{stem}.exr", False) for stem in REAL]
+    failures = 0
+    for path, matrices in sources:
+        started = time.monotonic()
+        try:
+            with tempfile.TemporaryDirectory() as folder:
+                outcome = check(tool, path, folder, matrices)
+        except (Failed, KeyError, ValueError, RuntimeError) as error:
+            failures += 1
+            outcome = f"FAILED: {type(error).__name__}: {error}"
+        print(f"{path.stem}: {outcome} ({time.monotonic() - started:.1f} s)", flush=True)
+    print(f"{len(sources) - failures} of {len(sources)} passed")
+    if failures or not sources:
+        sys.exit(1)
+
+
+if __name__ == "__main__":
+    main()
