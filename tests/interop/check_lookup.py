@@ -76,14 +76,14 @@ def raster_points(part, pixel, depth):
 
 def worst(part, pixel, depth, low, high, got):
     """Raises `Failed` naming the point that lies furthest outside [low, high]; returns the largest |got - middle|."""
-    if got.shape[1] == 3 and low.shape[1] == 1:
-        low, high = np.repeat(low, 3, axis=1), np.repeat(high, 3, axis=1)
+    # One channel stands for three equal ones, on either side.
+    channels = max(got.shape[1], low.shape[1])
+    got, low, high = (np.broadcast_to(a, (len(a), channels)) for a in (got, low, high))
     excess = np.maximum(low - got, got - high)
     excess[~np.isfinite(got)] = np.inf
     if excess.size and excess.max() > 0:
         row, channel = np.unravel_index(np.argmax(excess), excess.shape)
         x, y = pixel[row] % part.width, pixel[row] // part.width
-        channel = min(channel, got.shape[1] - 1)
         raise Failed(
             f"{int((excess > 0).any(axis=1).sum())} of {len(got)} points wrong; worst: pixel ({x}, {y}) "
             f"depth {depth[row]:.9g} channel {channel}: got {got[row, channel]:.9g}, "
