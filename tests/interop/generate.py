@@ -220,7 +220,7 @@ def depths(out, rng):
         far.add(pixel, z, z + rng.choice([0.0, 0.0625, 1000.0]), 0.5)
         far.add(pixel, above(z), above(z), 0.25)
         far.add(pixel, 10.0 ** rng.uniform(7, 38), 0.0, 0.125)
-        near.add(pixel, 0.0, rng.choice([0.0, 1e-45, 1e-38, 0.5]), 0.5)
+        near.add(pixel, -0.0 if pixel % 2 else 0.0, rng.choice([0.0, 1e-45, 1e-38, 0.5]), 0.5)
         near.add(pixel, *[10.0 ** -rng.integers(1, 45)] * 2, 0.25)
         near.add(pixel, 1e-20, 1e-10, 0.75)
     far.write(out / "far_depths.exr")
