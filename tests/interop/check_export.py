@@ -98,6 +98,9 @@ def main():
     parser.add_argument("--sample", type=Path, action="append", default=[], help="one more image")
     arguments = parser.parse_args()
     tool = Tool(arguments.tools)
+    if not tool.offers("convert", "--exr-layout"):
+        print("SKIPPED: this program's convert does not write OpenEXR")
+        return
     sources = [(path, True) for path in arguments.sample]
     if arguments.generated:
         sources += [(arguments.generated / f"{stem}.exr", True) for stem in GENERATED]
