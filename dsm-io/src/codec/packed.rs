@@ -47,6 +47,8 @@ pub(super) fn pack<const N: usize>(
             shuffle(column.iter().copied(), this);
         }
     }
+    // A new one for every tile: what it packed before must not show in the
+    // bytes, whichever thread packs which tile.
     Compressor::new(LEVEL)?.compress(&planes)
 }
 
