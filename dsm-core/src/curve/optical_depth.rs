@@ -180,6 +180,18 @@ mod tests {
     }
 
     #[test]
+    fn a_steep_segment_far_out_keeps_its_integral() {
+        // Here intercept and slope · z are 2²⁴ times the extinction.
+        let near = 1000.1_f32;
+        let steep = segment(near, near.next_up(), 0.0, 12_345.678);
+        let mut depth = OpticalDepth::<f32>::default();
+        depth.enter(&steep);
+        depth.advance(near, near.next_up());
+        let length = f64::from(near.next_up()) - f64::from(near);
+        assert!((depth.value()[0] - 0.5 * 12_345.678 * length).abs() < 1e-15);
+    }
+
+    #[test]
     fn a_steep_segment_leaves_no_trace() {
         let mut depth = OpticalDepth::<f32>::default();
         let tiny = f32::from_bits(1);
