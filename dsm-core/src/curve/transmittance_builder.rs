@@ -1,6 +1,7 @@
 //! From what a ray meets to its transmittance function.
 
 use super::compensated::RunningTransmittance;
+use super::depth_sort::sort_by_depth;
 use super::optical_depth::{OpticalDepth, Stretch};
 use super::transmittance_function::TransmittanceFunction;
 use super::vertex::SumVertex;
@@ -45,6 +46,7 @@ pub struct TransmittanceBuilder<T: Transmittance> {
     /// Depth bits above the index of what happens there: surfaces first, then
     /// near ends, then far ends of segments.
     events: Vec<u64>,
+    spare: Vec<u64>,
     optical_depth: OpticalDepth<T>,
 }
 
@@ -56,6 +58,7 @@ impl<T: Transmittance> TransmittanceBuilder<T> {
         Self {
             chord_error: chord_error.max(Tolerance::CHORD_FLOOR),
             events: Vec::new(),
+            spare: Vec::new(),
             optical_depth: OpticalDepth::default(),
         }
     }
@@ -123,7 +126,7 @@ impl<T: Transmittance> TransmittanceBuilder<T> {
                 self.events.push(event(segment.far, near + segments.len()));
             }
         }
-        self.events.sort_unstable();
+        sort_by_depth(&mut self.events, &mut self.spare);
     }
 }
 
