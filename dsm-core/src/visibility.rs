@@ -160,7 +160,12 @@ impl<'a, T: Transmittance> VisibilityView<'a, T> {
     /// O(log n).
     #[must_use]
     pub fn before(self, z: f32) -> T {
-        self.interpolate(self.z.partition_point(|&vertex| vertex < z), z)
+        let next = self.z.partition_point(|&vertex| vertex < z);
+        match self.z.get(next) {
+            // Interpolation would round a value near 0 away.
+            Some(&vertex) if vertex == z => self.value(next),
+            _ => self.interpolate(next, z),
+        }
     }
 
     /// The value at `z`, between vertices `next - 1` and `next`.
@@ -282,6 +287,14 @@ mod tests {
             assert_eq!((view.before(z), view.at(z)), (before, at), "at {z}");
         }
         assert_eq!(view.last(), 0.1);
+    }
+
+    #[test]
+    fn the_near_side_of_a_step_is_exact() {
+        let vertices = [(1.0, 1.0), (3.0, 1e-30), (3.0, 0.0)];
+        let function =
+            VisibilityFunction::new(vertices.map(|(z, value)| Vertex::new(z, value))).unwrap();
+        assert_eq!(function.view().before(3.0), 1e-30);
     }
 
     #[test]
