@@ -165,14 +165,18 @@ def check_description(tool, part, image, tolerance):
 
 def check_pixel(tool, part, image):
     """The vertices of the fullest pixel lie on the reference, on both sides of every step."""
-    if not part.z.size:
-        return
-    fullest = int(np.argmax(np.diff(part.offsets)))
+    # The fullest of those that hold light back at all.
+    darkening = np.bincount(part.sample_pixels()[(part.alpha > 0).any(axis=1)], minlength=part.pixels)
+    fullest = int(np.argmax(darkening))
     x, y = fullest % part.width, fullest // part.width
     told = tool.json("inspect", image, "--json", "--pixel", f"{x},{y}")
     told = told.get("pixel", told)
     if (told["x"], told["y"], told["level"]) != (x, y, 0):
         raise Failed(f"{image}: inspect --pixel {x},{y} answers for {told['x']},{told['y']} level {told['level']}")
+    if not darkening[fullest]:
+        if told["vertices"]:
+            raise Failed(f"{image}: nothing darkens pixel {x},{y}, but it has vertices {told['vertices']}")
+        return
     if not told["vertices"]:
         raise Failed(f"{image}: inspect --pixel {x},{y} lists no vertices")
     depth = np.array([v[0] for v in told["vertices"]], np.float32)
