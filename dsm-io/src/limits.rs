@@ -39,7 +39,8 @@ pub struct Limits {
     pub max_tiles: u64,
     /// Sections of one file. Default 65,536.
     pub max_sections: u32,
-    /// Bytes of a file that is read into memory. Default 16 GiB.
+    /// Bytes of a file or of a map's level that is read into memory. Default
+    /// 16 GiB.
     pub max_in_memory_bytes: u64,
 }
 

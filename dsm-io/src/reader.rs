@@ -152,8 +152,8 @@ impl MapReader {
     ///
     /// # Errors
     ///
-    /// [`Error::Limit`] if the level has more pixels or vertices than a map
-    /// in memory may have; else as [`Self::tile`].
+    /// [`Error::Limit`] if the level has more pixels, bytes or values than a
+    /// map in memory may have; else as [`Self::tile`].
     pub fn read_map<T: Transmittance>(&self, level: u32) -> Result<DeepMap<T>> {
         self.check_channels::<T>()?;
         let pixels = self.container.level(level).and_then(|found| self.assemble(level, found));
@@ -163,6 +163,11 @@ impl MapReader {
 
     fn assemble<T: Transmittance>(&self, index: u32, level: &Level) -> Result<PixelLists<T>> {
         check_limit("pixels", level.pixel_count(), self.limits.max_pixels)?;
+        // A few stored bytes can be very many unpacked ones, tile after tile.
+        let directory = self.container.directory(index)?;
+        let lengths = directory.iter().map(|(_, entry)| entry.raw_length);
+        let bytes = lengths.fold(0, u64::saturating_add);
+        check_limit("bytes of a map in memory", bytes, self.limits.max_in_memory_bytes)?;
         let [columns, rows] = level.tiles();
         let mut map = Columns::default();
         for tile_y in 0..rows {

@@ -57,7 +57,8 @@ impl TileEntry {
         Place::Tile { id, offset: self.offset }
     }
 
-    fn broken_rule(&self) -> Option<&'static str> {
+    /// Which rule the entry breaks, if any.
+    pub(super) fn broken_rule(&self) -> Option<&'static str> {
         let no_payload = Self { error: self.error, ..Self::default() };
         if self.is_empty() && *self != no_payload {
             return Some("an empty tile must have nothing but its error");

@@ -94,7 +94,8 @@ impl ContainerWriter {
     /// # Errors
     ///
     /// [`Error::NoSuchTile`], [`Error::WrittenTwice`]; [`Error::Caller`] if
-    /// the error breaks a rule or the level's tolerance; [`Error::File`] if
+    /// the error breaks a rule or the level's tolerance, or what the tile
+    /// says of itself does; [`Error::File`] if
     /// the file cannot be written, and then it cannot be finished.
     pub fn write_tile(
         &mut self,
@@ -113,15 +114,22 @@ impl ContainerWriter {
                 error.max, level.tolerance
             )));
         }
+        let entry = TileEntry { stored_length: tile.bytes.len() as u64, error, ..tile.entry() };
+        // Where it will stand is not known yet: anywhere but at 0.
+        let offset = u64::from(!tile.bytes.is_empty());
+        if let Some(rule) = (TileEntry { offset, ..entry }).broken_rule() {
+            return Err(Error::caller(format!("{id}: {rule}")));
+        }
         let index = id.y as usize * level.tiles()[0] as usize + id.x as usize;
         if std::mem::replace(&mut self.written[id.level as usize][index], true) {
             return Err(Error::WrittenTwice(id));
         }
-        let mut contents = TileEntry { error, ..TileEntry::default() };
-        if !tile.bytes.is_empty() {
-            let Extent { offset, length, crc } = self.append(&tile.bytes)?;
-            contents = TileEntry { offset, stored_length: length, crc, error, ..tile.entry() };
-        }
+        let contents = if tile.bytes.is_empty() {
+            entry
+        } else {
+            let Extent { offset, crc, .. } = self.append(&tile.bytes)?;
+            TileEntry { offset, crc, ..entry }
+        };
         if let Some(entry) = self.directories[id.level as usize].get_mut(id.x, id.y) {
             *entry = contents;
         }

@@ -3,10 +3,11 @@
 use dsm_core::{MapInfo, PixelLists, Rgb};
 use dsm_io::{
     AchievedError, Block, Container, ContainerWriter, EncodedTile, Error, Level, Limits, MapReader,
-    MapWriter, Memory, Metadata, SectionKind, TileId, WriteOptions,
+    MapWriter, Metadata, SectionKind, Source, Tile, TileId, WriteOptions,
 };
 
 use crate::examples::{coloured, document, mono};
+use crate::forge::Forge;
 
 fn bare_error(error: Error) -> Error {
     match error {
@@ -92,6 +93,12 @@ fn the_container_holds_any_kind_and_skips_what_it_need_not_know() {
         codec: 77,
         ..EncodedTile::default()
     };
+    let disordered = EncodedTile { z_min: 2.0, z_max: 1.0, ..tile.clone() };
+    let no_bytes = EncodedTile { bytes: Vec::new(), ..tile.clone() };
+    for wrong in [disordered, no_bytes] {
+        let refused = writer.write_tile(TileId::default(), &wrong, AchievedError::NONE);
+        assert!(matches!(refused, Err(Error::Caller(_))), "{wrong:?}");
+    }
     writer.write_tile(TileId::default(), &tile, AchievedError::NONE).unwrap();
     writer.write_section(SectionKind(*b"note"), b"of no importance").unwrap();
     writer.write_section(SectionKind(*b"none"), b"").unwrap();
@@ -106,6 +113,42 @@ fn the_container_holds_any_kind_and_skips_what_it_need_not_know() {
     assert_eq!(container.section(0).unwrap(), b"of no importance");
     let refused = bare_error(MapReader::open(&path, &Limits::default()).unwrap_err());
     assert!(matches!(refused, Error::Kind(kind) if kind == "layers"));
+}
+
+#[test]
+fn verify_reads_what_readers_skip() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("map.dsm");
+    let mut writer = ContainerWriter::create(&path).unwrap();
+    writer.add_level(Level::new(1, 1, 1, 0.0)).unwrap();
+    writer.write_section(SectionKind(*b"note"), b"of no importance").unwrap();
+    let json = Metadata::new(1, 1, 1, MapInfo::default()).to_json().unwrap();
+    writer.finish(&json).unwrap();
+    let mut bytes = std::fs::read(&path).unwrap();
+    let reader = MapReader::from_bytes(bytes.clone(), &Limits::default()).unwrap();
+    assert!(reader.verify().is_empty());
+    bytes[64] ^= 1;
+    let reader = MapReader::from_bytes(bytes, &Limits::default()).unwrap();
+    assert!(reader.read_map::<f32>(0).is_ok());
+    let problems: Vec<_> = reader.verify().iter().map(ToString::to_string).collect();
+    assert_eq!(problems.len(), 1);
+    assert!(problems[0].starts_with("section 0 (note): checksum"), "{problems:?}");
+}
+
+#[test]
+fn two_levels_cannot_share_a_directory() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("map.dsm");
+    let metadata = Metadata::new(2, 1, 1, MapInfo::default());
+    let mut writer = MapWriter::create(&path, metadata, WriteOptions::default()).unwrap();
+    writer.add_level(Level { number: 1, ..Level::new(1, 1, 1, 0.0) }).unwrap();
+    writer.finish().unwrap();
+    let mut forge = Forge(std::fs::read(&path).unwrap());
+    let level = forge.section(b"LEVL") + 64;
+    assert_eq!(forge.u32(level + 44), 2);
+    forge.put(level + 44, [1]);
+    let error = MapReader::from_bytes(forge.sign(), &Limits::default()).unwrap_err().to_string();
+    assert_eq!(error, "level 1: its tile directory belongs to another level");
 }
 
 #[test]
@@ -136,6 +179,16 @@ fn limits_stop_a_file_before_it_takes_memory() {
 }
 
 #[test]
+fn a_packed_map_is_measured_unpacked() {
+    let bytes = coloured(Block::Zstd).bytes();
+    let mut limits = Limits::default();
+    limits.max_in_memory_bytes = 2 * bytes.len() as u64;
+    let read = MapReader::from_bytes(bytes, &limits).unwrap().read_map::<Rgb>(0);
+    let error = bare_error(read.unwrap_err());
+    assert!(matches!(error, Error::Limit { what: "bytes of a map in memory", .. }), "{error}");
+}
+
+#[test]
 fn plain_tiles_are_used_where_they_lie() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.dsm");
@@ -143,35 +196,40 @@ fn plain_tiles_are_used_where_they_lie() {
         mono(block).write(&path).unwrap();
         let reader = MapReader::open(&path, &Limits::default()).unwrap();
         let tile = reader.tile::<f32>(TileId::default()).unwrap();
-        assert_eq!(matches!(tile, dsm_io::Tile::Borrowed(_)), in_place, "{block:?}");
+        assert_eq!(matches!(tile, Tile::Borrowed(_)), in_place, "{block:?}");
+    }
+}
+
+/// A file that begins at an odd address.
+#[derive(Debug)]
+struct Odd {
+    bytes: Vec<u8>,
+    start: usize,
+}
+
+impl Odd {
+    fn new(file: &[u8]) -> Self {
+        let mut bytes = vec![0; file.len() + 1];
+        let start = 1 - bytes.as_ptr().addr() % 2;
+        bytes[start..start + file.len()].copy_from_slice(file);
+        Self { bytes, start }
+    }
+}
+
+impl Source for Odd {
+    fn bytes(&self) -> &[u8] {
+        &self.bytes[self.start..self.start + self.bytes.len() - 1]
     }
 }
 
 #[test]
 fn bytes_that_are_not_aligned_are_copied() {
-    #[derive(Debug)]
-    struct Shifted(Vec<u8>);
-    impl dsm_io::Source for Shifted {
-        fn bytes(&self) -> &[u8] {
-            let to_odd = 1 - self.0.as_ptr().addr() % 2;
-            &self.0[to_odd..self.0.len() - 1 + to_odd]
-        }
-    }
-    let example = coloured(Block::Plain);
-    let bytes = example.bytes();
-    let mut shifted = bytes.clone();
-    shifted.push(0);
-    shifted[..].copy_within(..bytes.len(), 0);
-    let mut source = Shifted(shifted);
-    let to_odd = 1 - source.0.as_ptr().addr() % 2;
-    source.0[to_odd..to_odd + bytes.len()].copy_from_slice(&bytes);
-
-    let container = Container::from_source(source, &Limits::default()).unwrap();
+    let bytes = coloured(Block::Plain).bytes();
+    let container = Container::from_source(Odd::new(&bytes), &Limits::default()).unwrap();
     let reader = MapReader::new(container, &Limits::default()).unwrap();
     assert!(reader.verify().is_empty());
     let tile = reader.tile::<Rgb>(TileId::default()).unwrap();
-    assert!(matches!(tile, dsm_io::Tile::Owned(_)));
+    assert!(matches!(tile, Tile::Owned(_)));
     let aligned = MapReader::from_bytes(bytes, &Limits::default()).unwrap();
     assert_eq!(reader.read_map::<Rgb>(0).unwrap(), aligned.read_map::<Rgb>(0).unwrap());
-    let _ = Memory::from(Vec::new());
 }
