@@ -10,9 +10,13 @@ use resvg::{tiny_skia, usvg};
 
 use super::printable;
 
-/// Width and height of a plot, in pixels and SVG units. The library rounds
-/// corners to whole units, so they had better be small.
-const SIZE: (u32, u32) = (1800, 1120);
+/// Width and height of a plot, in pixels of an SVG.
+const SIZE: (u32, u32) = (900, 560);
+/// PNG pixels a pixel of the SVG.
+const PNG_SCALE: u32 = 2;
+/// Units in which a plot is drawn a pixel of the SVG. The library rounds
+/// corners to whole units, which would make ramps wavy if they were pixels.
+const UNITS: u32 = 8;
 /// The family that [`FONT`] has, and that SVG viewers look for.
 const FAMILY: &str = "sans-serif";
 /// A fresh machine has no fonts, so the program brings its own.
@@ -41,10 +45,13 @@ pub(crate) fn svg<T: Transmittance>(
     let title = printable(title);
     let mut document = String::new();
     {
-        let area = SVGBackend::with_string(&mut document, SIZE).into_drawing_area();
+        let units = (SIZE.0 * UNITS, SIZE.1 * UNITS);
+        let area = SVGBackend::with_string(&mut document, units).into_drawing_area();
         draw(&area, function, &title).map_err(|error| anyhow!("drawing the plot: {error}"))?;
     }
-    Ok(document)
+    // The view box stays: it makes the units small.
+    let size = |scale| format!("width=\"{}\" height=\"{}\"", SIZE.0 * scale, SIZE.1 * scale);
+    Ok(document.replacen(&size(UNITS), &size(1), 1))
 }
 
 /// The plot of `function` as a PNG file.
@@ -60,9 +67,10 @@ pub(crate) fn png<T: Transmittance>(
     let options = usvg::Options { fontdb: Arc::new(fonts), ..usvg::Options::default() };
     let tree =
         usvg::Tree::from_str(&svg(function, title)?, &options).context("drawing the plot")?;
-    let mut pixels =
-        tiny_skia::Pixmap::new(SIZE.0, SIZE.1).context("no room for the plot's pixels")?;
-    resvg::render(&tree, tiny_skia::Transform::identity(), &mut pixels.as_mut());
+    let mut pixels = tiny_skia::Pixmap::new(SIZE.0 * PNG_SCALE, SIZE.1 * PNG_SCALE)
+        .context("no room for the plot's pixels")?;
+    let scale = tiny_skia::Transform::from_scale(PNG_SCALE as f32, PNG_SCALE as f32);
+    resvg::render(&tree, scale, &mut pixels.as_mut());
     pixels.encode_png().context("encoding the plot")
 }
 
@@ -73,23 +81,23 @@ fn draw<T: Transmittance>(
     function: VisibilityView<'_, T>,
     title: &str,
 ) -> Drawn {
-    let text = |size: u32| (FAMILY, size).into_font().color(&INK);
+    let text = |size: u32| (FAMILY, size * UNITS).into_font().color(&INK);
     area.fill(&WHITE)?;
     let (near, far) = padded_range(function.depths());
     let mut chart = ChartBuilder::on(area)
-        .caption(title, text(44))
-        .margin(40)
-        .x_label_area_size(104)
-        .y_label_area_size(128)
+        .caption(title, text(22))
+        .margin(20 * UNITS)
+        .x_label_area_size(52 * UNITS)
+        .y_label_area_size(64 * UNITS)
         .build_cartesian_2d(near..far, -0.02..1.04)?;
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)
-        .bold_line_style(GRID.stroke_width(2))
-        .axis_style(INK.stroke_width(2))
-        .set_all_tick_mark_size(10)
-        .label_style(text(32))
-        .axis_desc_style(text(36))
+        .bold_line_style(GRID.stroke_width(UNITS))
+        .axis_style(INK.stroke_width(UNITS))
+        .set_all_tick_mark_size(5 * UNITS)
+        .label_style(text(16))
+        .axis_desc_style(text(18))
         .x_desc("depth z")
         .y_desc("visibility V(z)")
         .x_labels(9)
@@ -99,21 +107,20 @@ fn draw<T: Transmittance>(
         .draw()?;
     let curves = if function.is_mono() { &[MONO][..] } else { &CHANNELS };
     for (channel, &(name, colour)) in curves.iter().enumerate() {
-        let line = colour.stroke_width(6);
+        let line = colour.stroke_width(3 * UNITS);
         let outline = outline(function, channel, near, far);
         chart
             .draw_series(LineSeries::new(outline, line))?
             .label(name)
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 48, y)], line));
+            .legend(move |(x, y)| PathElement::new([(x, y), (x + 24 * UNITS as i32, y)], line));
     }
     if curves.len() > 1 {
         chart
             .configure_series_labels()
-            .label_font(text(32))
-            .legend_area_size(60)
-            .margin(20)
+            .label_font(text(16))
+            .legend_area_size(30 * UNITS)
+            .margin(10 * UNITS)
             .background_style(WHITE)
-            .border_style(GRID.stroke_width(2))
             .position(SeriesLabelPosition::LowerLeft)
             .draw()?;
     }
@@ -190,7 +197,7 @@ mod tests {
 
     #[test]
     fn a_mono_plot_has_one_curve_and_a_coloured_one_three() {
-        let curves = |svg: &str| svg.matches("stroke-width=\"6\"").count();
+        let curves = |svg: &str| svg.matches("stroke-width=\"24\"").count();
         let grey = [Vertex::new(1.0, 1.0), Vertex::new(2.0, 0.5)];
         let grey = VisibilityFunction::new(grey).unwrap();
         assert_eq!(curves(&svg(grey.view(), "a & b").unwrap()), 1);
