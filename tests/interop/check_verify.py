@@ -13,6 +13,8 @@ from pathlib import Path
 import numpy as np
 import OpenEXR
 
+import deep_truth
+from check_lookup import questions
 from tool import Failed, Tool
 
 CHANGED_BYTES = 400
@@ -59,7 +61,7 @@ def check_bytes(tool, image, folder):
 
 
 def altered(source, change):
-    """A copy of a deep image with `change` applied to the last sample of its fullest pixel."""
+    """A copy of a deep image with `change` applied to the samples of its fullest pixel."""
     with OpenEXR.File(str(source), separate_channels=True) as file:
         header = {k: v for k, v in file.header().items() if k not in ("channels", "chunkCount", "version")}
         channels = {name: channel.pixels for name, channel in file.channels().items()}
@@ -72,25 +74,34 @@ def altered(source, change):
     return path
 
 
+def difference(one, other):
+    """The largest difference in the light two images of equal size let through."""
+    parts = [deep_truth.read_part(path) for path in (one, other)]
+    pixel, depth = (np.concatenate(both) for both in zip(*map(questions, parts)))
+    return np.abs(parts[0].transmittance(pixel, depth) - parts[1].transmittance(pixel, depth)).max()
+
+
 def check_against(tool, sample, image, folder):
     """A map of another image is not within the bound."""
     copy = Path(folder) / "copy.exr"
     copy.write_bytes(sample.read_bytes())
 
-    def other_alpha(sample):
-        sample["A"][-1] = sample["A"][-1] - 0.25 if sample["A"][-1] > 0.5 else sample["A"][-1] + 0.25
+    def other_alpha(samples):
+        samples["A"][0] += 0.25 if samples["A"][0] < 0.5 else -0.25
 
-    def other_depth(sample):
-        sample["Z"][-1] *= 1.25
-        if "ZBack" in sample:
-            sample["ZBack"][-1] *= 1.25
+    def other_depth(samples):
+        for name in {"Z", "ZBack"} & samples.keys():
+            samples[name] *= 1.25
 
     for tolerance in (0, 0.005):
         tool.expect("convert", sample, image, "--tolerance", tolerance)
-        if reads_wrong(tool, image, "--against", altered(copy, lambda sample: None)):
+        if reads_wrong(tool, image, "--against", altered(copy, lambda samples: None)):
             raise Failed(f"at tolerance {tolerance} verify --against refuses the image the map was made of")
         for change in (other_alpha, other_depth):
-            if not reads_wrong(tool, image, "--against", altered(copy, change)):
+            other = altered(copy, change)
+            if difference(sample, other) < 0.05:
+                raise ValueError(f"{change.__name__} changes too little of {sample}")
+            if not reads_wrong(tool, image, "--against", other):
                 raise Failed(f"at tolerance {tolerance} verify --against passes with {change.__name__}")
     return "images of another alpha and another depth refused"
 
