@@ -181,6 +181,10 @@ def _read_flat(channels, name, width, height, header):
     return make_part(name, width, height, np.ones(z.size, np.int64), z, None, {}, header)
 
 
+def _window(x, y, width, height):
+    return (x, y), (x + width - 1, y + height - 1)
+
+
 def _read_with_openimageio(path):
     import OpenImageIO as oiio
 
@@ -205,6 +209,8 @@ def _read_with_openimageio(path):
         z_back = column("ZBack") if "ZBack" in names else None
         alphas = {n: column(n) for n in _alpha_names(names)}
         attributes = {a.name: a.value for a in spec.extra_attribs}
+        attributes["dataWindow"] = _window(spec.x, spec.y, spec.width, spec.height)
+        attributes["displayWindow"] = _window(spec.full_x, spec.full_y, spec.full_width, spec.full_height)
         title = spec.get_string_attribute("oiio:subimagename")
         parts.append(make_part(title, spec.width, spec.height, counts, column("Z"), z_back, alphas, attributes))
     source.close()

@@ -149,6 +149,7 @@ class Reading(unittest.TestCase):
             "type": OpenEXR.deepscanline,
             "compression": OpenEXR.ZIPS_COMPRESSION,
             "dataWindow": ((5, -2), (7, -1)),
+            "displayWindow": ((0, 0), (9, 9)),
         }
         with tempfile.TemporaryDirectory() as folder:
             path = str(Path(folder) / "small.exr")
@@ -158,6 +159,8 @@ class Reading(unittest.TestCase):
         for parts in readings:
             (part,) = parts
             self.assertEqual((part.width, part.height), (3, 2))
+            self.assertEqual(np.array(part.attributes["dataWindow"]).tolist(), [[5, -2], [7, -1]])
+            self.assertEqual(np.array(part.attributes["displayWindow"]).tolist(), [[0, 0], [9, 9]])
             self.assertEqual(part.offsets.tolist(), [0, 0, 2, 2, 2, 2, 3])
             self.assertEqual(part.z.tolist(), [3, 1, 7])
             self.assertEqual(part.z_back.tolist(), [3, 2, 7])
