@@ -245,3 +245,62 @@ impl DifferenceSummary {
         self.pixels
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Rgb, Transmittance, VisibilityFunction};
+
+    fn step(z: f32, to: Rgb) -> VisibilityFunction<Rgb> {
+        let vertices = [Vertex::new(z, Rgb::new(1.0, 1.0, 1.0)), Vertex::new(z, to)];
+        VisibilityFunction::new(vertices).unwrap()
+    }
+
+    #[test]
+    fn names_the_first_depth_and_the_channel() {
+        let near = step(1.0, Rgb::new(0.75, 0.5, 1.0));
+        let far = step(3.0, Rgb::new(0.75, 0.25, 1.0));
+        let difference = VisibilityDifference::between(&near, &far);
+        assert_eq!(
+            (difference.max(), difference.depth(), difference.channel()),
+            (0.5, 1.0, 1),
+            "{difference:?}"
+        );
+        assert_eq!(difference.mean(), (0.25 + 0.5 + 0.0) / 3.0);
+    }
+
+    #[test]
+    fn nothing_differs_from_a_clear_function_by_what_it_blocks() {
+        let clear = VisibilityFunction::<Rgb>::clear();
+        assert_eq!(VisibilityDifference::between(&clear, &clear), VisibilityDifference::default());
+        let difference = VisibilityDifference::between(&step(2.0, Rgb::splat(0.25)), &clear);
+        assert_eq!((difference.max(), difference.mean()), (0.75, 0.375));
+    }
+
+    #[test]
+    fn a_summary_keeps_the_first_of_the_worst_in_any_order() {
+        let clear = VisibilityFunction::<Rgb>::clear();
+        let [slight, bad] =
+            [0.75, 0.5].map(|to| VisibilityDifference::between(&step(2.0, Rgb::splat(to)), &clear));
+        let pixels = [(0, slight), (1, bad), (2, slight), (3, bad)];
+        let mut forwards = DifferenceSummary::default();
+        pixels.iter().for_each(|&(pixel, difference)| forwards.add(pixel, difference));
+        let mut backwards = DifferenceSummary::default();
+        pixels.iter().rev().for_each(|&(pixel, difference)| backwards.add(pixel, difference));
+        let mut halves = [DifferenceSummary::default(); 2];
+        for (pixel, difference) in pixels {
+            halves[pixel / 2].add(pixel, difference);
+        }
+        let [mut merged, rest] = halves;
+        merged.merge(&rest);
+        for summary in [forwards, backwards, merged] {
+            assert_eq!(summary.worst(), Some((1, bad)));
+            assert_eq!((summary.max(), summary.pixels()), (0.5, 4));
+            assert_eq!(summary.mean(), (0.125 + 0.25) / 2.0);
+        }
+        assert_eq!(
+            (DifferenceSummary::default().max(), DifferenceSummary::default().mean()),
+            (0.0, 0.0)
+        );
+    }
+}

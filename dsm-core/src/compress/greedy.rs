@@ -1,6 +1,7 @@
 //! The one-pass compressor.
 
-use super::slope_window::{SlopeWindow, Target};
+use super::slope_window::SlopeWindow;
+use super::tube::{SUM_ROUNDING, Tube};
 use crate::{SumVertex, Tolerance, Transmittance, Vertex, VisibilityFunction, VisibilityView};
 
 /// What a compressor is told of V(∞), the value that a function ends with.
@@ -56,14 +57,13 @@ pub enum End<T: Transmittance> {
 /// ```
 #[derive(Clone, Debug)]
 pub struct GreedyCompressor<T: Transmittance> {
-    target: Target<T>,
-    /// How far below the next vertex a segment may end: `target.down` less
-    /// half a unit in the last place, so that rounding doesn't leave the tube.
-    end_down: f64,
+    tolerance: Tolerance,
+    tube: Tube<T>,
     /// The value that the function ends with, if it is known.
     last: Option<T>,
     /// V has ended where it isn't above this.
     ended: T::Sum,
+    /// The current segment; closed while nothing is drawn.
     window: SlopeWindow<T>,
     state: State,
     /// The last vertex while nobody knows whether it is the last.
@@ -88,69 +88,42 @@ impl<T: Transmittance> GreedyCompressor<T> {
     /// The tolerance below which vertices are copied.
     pub const COPY_BELOW: f32 = 1.0 / (1 << 20) as f32;
 
-    /// What the tube is narrower than ε: an end that is rounded to `f32`, or
-    /// moved into the tube first, is off by 2⁻²⁴ at most, V(∞) by 2⁻²⁵, and
-    /// a lookup rounds by 2⁻²⁵.
-    const MARGIN: f64 = 1.0 / (1 << 22) as f64;
-
-    /// Half a unit in the last place of the `f32`s in [½, 1].
-    const HALF_UNIT: f64 = 1.0 / (1 << 25) as f64;
-
-    /// What a sum may be off by because it was added up in another order: as
-    /// much as V may rise, leave [0, 1] or miss the announced end.
-    const SUM_ROUNDING: f64 = 1.0 / (1_u64 << 40) as f64;
-
     /// A compressor for one function. Cheap: make one for every pixel, or see
     /// [`Self::restart`].
     #[must_use]
     pub fn new(tolerance: Tolerance, end: End<T>) -> Self {
-        let epsilon = f64::from(tolerance.epsilon()) - Self::MARGIN;
-        let target =
-            Target { down: epsilon, up: epsilon, floor: T::BLOCKED.to_sum(), highest_slope: 0.0 };
-        let mut compressor = Self {
-            target,
-            end_down: 0.0,
-            last: None,
-            ended: target.floor,
+        let epsilon = f64::from(tolerance.epsilon());
+        let (tube, last, ended) = match end {
+            End::Known(last) => {
+                let rounded = T::from_channels(|channel| last.as_ref()[channel].max(0.0) as f32);
+                let ended = T::sum_from_channels(|channel| {
+                    let rounded = f64::from(rounded.channel(channel));
+                    last.as_ref()[channel].max(rounded) + SUM_ROUNDING
+                });
+                (Tube::above(rounded, epsilon), Some(rounded), ended)
+            }
+            End::Unknown => {
+                (Tube::not_below(epsilon), None, T::sum_from_channels(|_| f64::NEG_INFINITY))
+            }
+        };
+        let copying = tolerance.epsilon() < Self::COPY_BELOW;
+        Self {
+            tolerance,
+            tube,
+            last,
+            ended,
             window: SlopeWindow::closed(T::CLEAR.to_sum()),
-            state: State::Copying,
+            state: if copying { State::Copying } else { State::Clear(None) },
             held: None,
             #[cfg(debug_assertions)]
             pushed: [None; 2],
-        };
-        compressor.restart(end);
-        compressor
+        }
     }
 
     /// Forgets the function that was pushed so far; the next vertex is the
     /// first of one that ends with `end`.
     pub fn restart(&mut self, end: End<T>) {
-        match end {
-            End::Known(last) => {
-                let rounded = T::from_channels(|channel| last.as_ref()[channel].max(0.0) as f32);
-                let floor = rounded.to_sum();
-                self.last = Some(rounded);
-                self.target = Target { down: self.target.up, floor, ..self.target };
-                self.end_down = self.target.up - Self::HALF_UNIT;
-                self.ended = T::sum_from_channels(|channel| {
-                    last.as_ref()[channel].max(floor.as_ref()[channel]) + Self::SUM_ROUNDING
-                });
-            }
-            End::Unknown => {
-                self.last = None;
-                self.target = Target { down: 0.0, floor: T::BLOCKED.to_sum(), ..self.target };
-                self.end_down = 0.0;
-                self.ended = T::sum_from_channels(|_| f64::NEG_INFINITY);
-            }
-        }
-        let copying = self.target.up + Self::MARGIN < f64::from(Self::COPY_BELOW);
-        self.state = if copying { State::Copying } else { State::Clear(None) };
-        self.window = SlopeWindow::closed(T::CLEAR.to_sum());
-        self.held = None;
-        #[cfg(debug_assertions)]
-        {
-            self.pushed = [None; 2];
-        }
+        *self = Self::new(self.tolerance, end);
     }
 
     /// Takes the next vertex of V and gives those of V′ that are settled by
@@ -167,79 +140,83 @@ impl<T: Transmittance> GreedyCompressor<T> {
     /// Pushes several vertices; faster than one at a time.
     #[inline]
     pub fn push_all(&mut self, vertices: &[SumVertex<T>], emit: &mut impl FnMut(Vertex<T>)) {
-        // A copy of its own, because `self` is passed on: it stays in registers.
-        let mut window = self.window;
-        for vertex in vertices {
-            self.check(vertex);
-            let vertex = if self.last.is_some() {
-                *vertex
-            } else if let Some(held) = self.held.replace(*vertex) {
-                held
-            } else {
-                continue;
-            };
-            if self.has_ended(&vertex) || !window.narrow(&vertex) {
+        #[cfg(debug_assertions)]
+        vertices.iter().for_each(|vertex| self.check(vertex));
+        if self.last.is_some() {
+            self.draw_all(vertices, emit);
+        } else if let Some((last, before)) = vertices.split_last() {
+            if let Some(held) = self.held.take() {
+                self.draw_all(&[held], emit);
+            }
+            self.draw_all(before, emit);
+            self.held = Some(*last);
+        }
+    }
+
+    #[inline]
+    fn draw_all(&mut self, vertices: &[SumVertex<T>], emit: &mut impl FnMut(Vertex<T>)) {
+        // V falls, so that the first vertex of its end can be searched for.
+        let drawn = vertices.partition_point(|vertex| !self.has_ended(vertex));
+        let (mut rest, end) = vertices.split_at(drawn);
+        let (mut window, tube) = (self.window, self.tube);
+        loop {
+            rest = window.narrow_by_all(rest);
+            let Some((vertex, others)) = rest.split_first() else { break };
+            rest = others;
+            if window.is_closed() {
                 self.window = window;
-                self.turn(&vertex, emit);
+                self.start_or_end(vertex, emit);
                 window = self.window;
+                continue;
+            }
+            if window.is_open() {
+                window = tube.turn(&window, &vertex.value, emit);
+            }
+            if !window.narrow_by(vertex) {
+                window = tube.step(&window, vertex, emit);
             }
         }
         self.window = window;
-    }
-
-    /// Ends the function and writes what is left of it, at most two vertices.
-    /// Before the next function: [`Self::restart`].
-    pub fn finish(&mut self, emit: &mut impl FnMut(Vertex<T>)) {
-        if let Some(held) = self.held.take() {
-            let last = self.round(&held.value);
-            match self.state {
-                State::Copying => emit(Vertex::new(held.z, last)),
-                State::Clear(_) if last == T::CLEAR => {}
-                State::Clear(origin) => {
-                    self.start(origin, &held, emit);
-                    self.finish_at(&held, last, emit);
-                }
-                State::Drawing => self.finish_at(&held, last, emit),
-                State::Ended => {}
-            }
-        } else if self.state == State::Drawing {
-            debug_assert!(false, "the function ends above the announced value");
-            if self.window.is_open() {
-                let floor = self.target.floor;
-                self.end_segment(&floor, emit);
-            }
+        for vertex in end {
+            self.start_or_end(vertex, emit);
         }
-        self.state = State::Ended;
     }
 
-    #[inline(always)]
+    /// Whether V has fallen to its announced end in every channel.
     fn has_ended(&self, vertex: &SumVertex<T>) -> bool {
-        let mut ended = true;
-        for channel in 0..T::CHANNELS {
-            ended &= vertex.value.as_ref()[channel] <= self.ended.as_ref()[channel];
-        }
-        ended
+        let mut both = vertex.value.as_ref().iter().zip(self.ended.as_ref());
+        both.all(|(value, ended)| value <= ended)
     }
 
-    /// Everything but going on with the current segment.
+    /// Takes a vertex before the first segment or behind the last.
     #[cold]
     #[inline(never)]
-    fn turn(&mut self, vertex: &SumVertex<T>, emit: &mut impl FnMut(Vertex<T>)) {
+    fn start_or_end(&mut self, vertex: &SumVertex<T>, emit: &mut impl FnMut(Vertex<T>)) {
         match self.state {
             State::Copying => {
-                let value = self.round(&vertex.value);
+                let value = self.tube.round(&vertex.value, &self.window.origin().value);
                 emit(Vertex::new(vertex.z, value));
                 self.window = SlopeWindow::closed(value.to_sum());
             }
-            State::Ended => {}
             State::Clear(_) if vertex.value == T::CLEAR.to_sum() || self.last == Some(T::CLEAR) => {
                 self.state = State::Clear(Some(vertex.z));
             }
             State::Clear(origin) => {
                 self.start(origin, vertex, emit);
-                self.draw(vertex, emit);
+                match self.last {
+                    Some(last) if self.has_ended(vertex) => {
+                        self.end_at(vertex, last, emit);
+                    }
+                    _ if self.window.narrow_by(vertex) => {}
+                    _ => self.window = self.tube.step(&self.window, vertex, emit),
+                }
             }
-            State::Drawing => self.draw(vertex, emit),
+            State::Drawing => {
+                if let Some(last) = self.last {
+                    self.end_at(vertex, last, emit);
+                }
+            }
+            State::Ended => {}
         }
     }
 
@@ -250,87 +227,43 @@ impl<T: Transmittance> GreedyCompressor<T> {
         next: &SumVertex<T>,
         emit: &mut impl FnMut(Vertex<T>),
     ) {
+        let origin = Vertex::new(origin.unwrap_or(next.z), T::CLEAR);
+        self.window = self.tube.start(origin, &next.value, emit);
         self.state = State::Drawing;
-        self.continue_from(Vertex::new(origin.unwrap_or(next.z), T::CLEAR), &next.value, emit);
-    }
-
-    /// Goes to `vertex`, to which the current segment cannot go on.
-    fn draw(&mut self, vertex: &SumVertex<T>, emit: &mut impl FnMut(Vertex<T>)) {
-        if let Some(last) = self.last
-            && self.has_ended(vertex)
-        {
-            return self.finish_at(vertex, last, emit);
-        }
-        if self.window.is_open() {
-            self.end_segment(&vertex.value, emit);
-        }
-        if !self.window.narrow(vertex) {
-            self.step(vertex, emit);
-        }
-    }
-
-    /// Ends the current segment at the last vertex it passed. `next` is the
-    /// value of the vertex that it couldn't pass.
-    fn end_segment(&mut self, next: &T::Sum, emit: &mut impl FnMut(Vertex<T>)) {
-        let end = self.window.end();
-        let value = self.round(&T::sum_from_channels(|channel| {
-            end.value.as_ref()[channel].max(next.as_ref()[channel] - self.end_down)
-        }));
-        self.continue_from(Vertex::new(end.z, value), next, emit);
-    }
-
-    /// Goes to `vertex` at the origin's own depth: a step, unless the origin
-    /// will do in every channel.
-    fn step(&mut self, vertex: &SumVertex<T>, emit: &mut impl FnMut(Vertex<T>)) {
-        let origin = self.window.origin();
-        // What rounding did to the origin is no reason for a step.
-        let up = self.target.up + 2.0 * Self::HALF_UNIT;
-        let mut both = origin.value.as_ref().iter().zip(vertex.value.as_ref());
-        if both.all(|(&from, &to)| from <= to + up) {
-            return;
-        }
-        let value = self.round(&vertex.value);
-        self.continue_from(Vertex::new(vertex.z, value), &vertex.value, emit);
     }
 
     /// Ends V′ at the depth of `vertex` with the value `last`.
-    fn finish_at(&mut self, vertex: &SumVertex<T>, last: T, emit: &mut impl FnMut(Vertex<T>)) {
+    fn end_at(&mut self, vertex: &SumVertex<T>, last: T, emit: &mut impl FnMut(Vertex<T>)) {
+        self.tube.finish(self.window, vertex, last, emit);
+        self.window = SlopeWindow::closed(last.to_sum());
         self.state = State::Ended;
-        let end = Vertex::new(vertex.z, last.to_sum());
-        if self.window.is_open() && !self.window.admits(&end) {
-            self.end_segment(&vertex.value, emit);
+    }
+
+    /// Ends the function and writes what is left of it, at most two vertices.
+    /// Before the next function: [`Self::restart`].
+    pub fn finish(&mut self, emit: &mut impl FnMut(Vertex<T>)) {
+        if let Some(held) = self.held.take() {
+            let last = self.tube.round(&held.value, &self.window.origin().value);
+            match self.state {
+                State::Copying => emit(Vertex::new(held.z, last)),
+                State::Clear(_) if last == T::CLEAR => {}
+                State::Clear(origin) => {
+                    self.start(origin, &held, emit);
+                    self.end_at(&held, last, emit);
+                }
+                State::Drawing => self.end_at(&held, last, emit),
+                State::Ended => {}
+            }
+        } else if self.state == State::Drawing {
+            debug_assert!(false, "the function ends above the announced value");
+            if self.window.is_open() {
+                let floor = T::BLOCKED.to_sum();
+                self.window = self.tube.turn(&self.window, &floor, emit);
+            }
         }
-        if self.window.origin().value != end.value {
-            emit(Vertex::new(vertex.z, last));
-        }
+        self.window = SlopeWindow::closed(T::BLOCKED.to_sum());
+        self.state = State::Ended;
     }
-
-    /// Writes `origin` and starts a segment there. No vertex from now on lies
-    /// above `next`.
-    fn continue_from(
-        &mut self,
-        origin: Vertex<T>,
-        next: &T::Sum,
-        emit: &mut impl FnMut(Vertex<T>),
-    ) {
-        emit(origin);
-        let origin = Vertex::new(origin.z, origin.value.to_sum());
-        self.window = SlopeWindow::from_origin(origin, &self.target);
-        self.window.never_rise_above(next, Self::SUM_ROUNDING);
-    }
-
-    /// The nearest `f32`s that V′ may fall to.
-    fn round(&self, value: &T::Sum) -> T {
-        let (floor, highest) = (&self.target.floor, self.window.origin().value);
-        T::from_channels(|channel| {
-            let raised = value.as_ref()[channel].max(floor.as_ref()[channel]);
-            raised.min(highest.as_ref()[channel]) as f32
-        })
-    }
-
-    #[cfg(not(debug_assertions))]
-    #[inline(always)]
-    fn check(&mut self, _vertex: &SumVertex<T>) {}
 
     /// Holds the input to what it promises.
     #[cfg(debug_assertions)]
@@ -338,7 +271,7 @@ impl<T: Transmittance> GreedyCompressor<T> {
         let [before, previous] = self.pushed;
         let above = previous.map_or(T::CLEAR.to_sum(), |previous| previous.value);
         let mut values = vertex.value.as_ref().iter().zip(above.as_ref());
-        let slack = Self::SUM_ROUNDING;
+        let slack = SUM_ROUNDING;
         debug_assert!(
             values.all(|(value, above)| (-slack..=above + slack).contains(value)),
             "values must fall from 1 and stay in [0, 1]: {vertex:?} after {previous:?}"

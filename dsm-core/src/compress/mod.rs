@@ -4,3 +4,4 @@ pub(crate) mod greedy;
 pub(crate) mod paper_greedy;
 mod slope_window;
 pub(crate) mod tolerance;
+mod tube;

@@ -23,18 +23,17 @@ pub fn paper_greedy<T: Transmittance>(
         down: epsilon,
         up: epsilon,
         floor: T::sum_from_channels(|_| f64::NEG_INFINITY),
-        highest_slope: f64::INFINITY,
     };
     let mut compressed = vec![Vertex::new(0.0, T::CLEAR.to_sum())];
     let mut window = SlopeWindow::from_origin(compressed[0], &target);
     for vertex in vertices {
-        if window.narrow(vertex) {
+        if window.narrow_by(vertex) {
             continue;
         }
         if window.is_open() {
             compressed.push(window.end());
             window = SlopeWindow::from_origin(window.end(), &target);
-            if window.narrow(vertex) {
+            if window.narrow_by(vertex) {
                 continue;
             }
         }

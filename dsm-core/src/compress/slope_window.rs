@@ -2,17 +2,29 @@
 
 use crate::{SumVertex, Transmittance, Vertex};
 
+/// The larger of two; `b` if either is NaN. One instruction on x86-64, unlike
+/// `f64::max`.
+#[inline(always)]
+pub(super) fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// The smaller of two; `b` if either is NaN.
+#[inline(always)]
+pub(super) fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
 /// The window of slopes with which a segment from a fixed origin passes
 /// through the target windows of all vertices seen so far, one window a
 /// channel (Lokovic & Veach 2000, §3.3 and figure 5).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SlopeWindow<T: Transmittance> {
     origin: SumVertex<T>,
+    /// The origin's z.
+    start: f64,
     /// Depth of the last vertex that was let in; the origin's before that.
     last: f32,
-    /// 1 / (`last` − origin's z). NaN before the first vertex: a vertex at
-    /// the origin's own depth has no slope, so NaN bounds refuse it.
-    per_depth: f64,
     /// A vertex of value v asks for a rise of at least v − `below`.
     below: T::Sum,
     /// A vertex of value v asks for a rise of at most v − `above`.
@@ -32,8 +44,6 @@ pub(super) struct Target<T: Transmittance> {
     pub(super) up: f64,
     /// The value that no window reaches below.
     pub(super) floor: T::Sum,
-    /// The highest slope of any segment.
-    pub(super) highest_slope: f64,
 }
 
 impl<T: Transmittance> SlopeWindow<T> {
@@ -42,8 +52,8 @@ impl<T: Transmittance> SlopeWindow<T> {
         let nothing = T::sum_from_channels(|_| f64::NAN);
         Self {
             origin: Vertex::new(f32::NAN, value),
+            start: f64::NAN,
             last: f32::NAN,
-            per_depth: f64::NAN,
             below: nothing,
             above: nothing,
             floor: nothing,
@@ -58,13 +68,13 @@ impl<T: Transmittance> SlopeWindow<T> {
         let value = origin.value.as_ref();
         Self {
             origin,
+            start: f64::from(origin.z),
             last: origin.z,
-            per_depth: f64::NAN,
             below: T::sum_from_channels(|channel| value[channel] + target.down),
             above: T::sum_from_channels(|channel| value[channel] - target.up),
             floor: T::sum_from_channels(|channel| target.floor.as_ref()[channel] - value[channel]),
             lowest: T::sum_from_channels(|_| f64::NEG_INFINITY),
-            highest: T::sum_from_channels(|_| target.highest_slope),
+            highest: T::sum_from_channels(|_| f64::INFINITY),
         }
     }
 
@@ -74,7 +84,7 @@ impl<T: Transmittance> SlopeWindow<T> {
     #[inline]
     pub(super) fn never_rise_above(&mut self, value: &T::Sum, slack: f64) {
         for (below, &value) in self.below.as_mut().iter_mut().zip(value.as_ref()) {
-            *below = below.max(value + slack);
+            *below = larger(*below, value + slack);
         }
     }
 
@@ -84,35 +94,36 @@ impl<T: Transmittance> SlopeWindow<T> {
         self.origin
     }
 
+    /// Whether there is a segment at all.
+    #[inline]
+    pub(super) const fn is_closed(&self) -> bool {
+        self.start.is_nan()
+    }
+
     /// Whether any vertex behind the origin was let in.
     #[inline]
     pub(super) fn is_open(&self) -> bool {
         self.last > self.origin.z
     }
 
-    /// Narrows the window to let `vertex` in; false, and the window
-    /// unchanged, if no slope is left in some channel or if `vertex` stands
-    /// at the origin's depth.
+    /// Narrows the window to let the step at `z` in that falls from `before`
+    /// to `after`, which may be equal; false, and the window unchanged, if no
+    /// slope is left in some channel or if `z` is not behind the origin.
     #[inline(always)]
-    pub(super) fn narrow(&mut self, vertex: &SumVertex<T>) -> bool {
-        // The two vertices of a step share their reciprocal.
-        let per_depth = if vertex.z == self.last {
-            self.per_depth
-        } else {
-            (f64::from(vertex.z) - f64::from(self.origin.z)).recip()
-        };
+    pub(super) fn narrow(&mut self, z: f32, before: &T::Sum, after: &T::Sum) -> bool {
+        let length = f64::from(z) - self.start;
+        if length.is_nan() || length <= 0.0 {
+            return false;
+        }
+        let per_depth = length.recip();
         let (mut lowest, mut highest) = (self.lowest, self.highest);
         let mut fits = true;
         for channel in 0..T::CHANNELS {
-            let value = vertex.value.as_ref()[channel];
-            let fall = value - self.below.as_ref()[channel];
-            let floor = self.floor.as_ref()[channel];
-            let low = if fall > floor { fall } else { floor } * per_depth;
-            let high = (value - self.above.as_ref()[channel]) * per_depth;
-            // Ordered so that a NaN gets through to the last comparison.
-            let (old_low, old_high) = (lowest.as_ref()[channel], highest.as_ref()[channel]);
-            let low = if old_low > low { old_low } else { low };
-            let high = if old_high < high { old_high } else { high };
+            let fall = before.as_ref()[channel] - self.below.as_ref()[channel];
+            let fall = larger(fall, self.floor.as_ref()[channel]);
+            let rise = after.as_ref()[channel] - self.above.as_ref()[channel];
+            let low = larger(fall * per_depth, lowest.as_ref()[channel]);
+            let high = smaller(rise * per_depth, highest.as_ref()[channel]);
             lowest.as_mut()[channel] = low;
             highest.as_mut()[channel] = high;
             fits &= low <= high;
@@ -120,16 +131,46 @@ impl<T: Transmittance> SlopeWindow<T> {
         if fits {
             self.lowest = lowest;
             self.highest = highest;
-            self.per_depth = per_depth;
-            self.last = vertex.z;
+            self.last = z;
         }
         fits
+    }
+
+    /// Narrows the window to let `vertex` in; false, and the window
+    /// unchanged, if no slope is left or if it stands at the origin's depth.
+    #[inline(always)]
+    pub(super) fn narrow_by(&mut self, vertex: &SumVertex<T>) -> bool {
+        self.narrow(vertex.z, &vertex.value, &vertex.value)
+    }
+
+    /// Narrows the window by vertex after vertex and returns those that are
+    /// left: the first of them doesn't fit.
+    #[inline(always)]
+    pub(super) fn narrow_by_all<'a>(
+        &mut self,
+        mut vertices: &'a [SumVertex<T>],
+    ) -> &'a [SumVertex<T>] {
+        loop {
+            vertices = match vertices {
+                [before, after, rest @ ..] if after.z <= before.z => {
+                    if self.narrow(before.z, &before.value, &after.value) {
+                        rest
+                    } else if self.narrow_by(before) {
+                        return &vertices[1..];
+                    } else {
+                        return vertices;
+                    }
+                }
+                [vertex, rest @ ..] if self.narrow_by(vertex) => rest,
+                _ => return vertices,
+            };
+        }
     }
 
     /// Whether the segment may go straight to `vertex`, which stands behind
     /// the origin.
     pub(super) fn admits(&self, vertex: &SumVertex<T>) -> bool {
-        let length = f64::from(vertex.z) - f64::from(self.origin.z);
+        let length = f64::from(vertex.z) - self.start;
         (0..T::CHANNELS).all(|channel| {
             let rise = vertex.value.as_ref()[channel] - self.origin.value.as_ref()[channel];
             let slope = rise / length;
@@ -141,10 +182,10 @@ impl<T: Transmittance> SlopeWindow<T> {
     /// middle of the slopes that are left.
     #[inline]
     pub(super) fn end(&self) -> SumVertex<T> {
-        let length = f64::from(self.last) - f64::from(self.origin.z);
+        let half = 0.5 * (f64::from(self.last) - self.start);
         let value = T::sum_from_channels(|channel| {
-            let slope = 0.5 * (self.lowest.as_ref()[channel] + self.highest.as_ref()[channel]);
-            self.origin.value.as_ref()[channel] + slope * length
+            let slopes = self.lowest.as_ref()[channel] + self.highest.as_ref()[channel];
+            self.origin.value.as_ref()[channel] + slopes * half
         });
         Vertex::new(self.last, value)
     }

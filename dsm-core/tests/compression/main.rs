@@ -3,6 +3,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test may stop where a value is refused")]
 
+mod cases;
 mod functions;
 
 use dsm_core::{
