@@ -8,7 +8,7 @@ use dsm_core::{
     End, GreedyCompressor, Rgb, SumVertex, Tolerance, Transmittance, Vertex, VisibilityDifference,
 };
 
-const FUNCTIONS: u32 = 2000;
+const FUNCTIONS: u32 = 1000;
 const EVENTS: u32 = 256;
 const TOLERANCES: [f32; 4] = [0.1, 0.05, 0.02, 0.005];
 
