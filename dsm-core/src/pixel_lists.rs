@@ -194,7 +194,7 @@ impl<T: Transmittance> PixelLists<T> {
         Ok(lists)
     }
 
-    /// `width` × `height` pixels that are 1 everywhere.
+    /// `width` × `height` pixels that are 1 everywhere. O(pixels) memory.
     #[must_use]
     pub fn clear(width: u32, height: u32) -> Self {
         let starts = vec![0; width as usize * height as usize + 1];
@@ -229,9 +229,9 @@ impl<T: Transmittance> PixelListsBuilder<T> {
     /// A builder for `width` × `height` pixels.
     #[must_use]
     pub fn new(width: u32, height: u32) -> Self {
-        let mut lists = PixelLists::clear(width, height);
-        lists.starts.truncate(1);
-        lists.value_starts.truncate(1);
+        // The table grows with the pixels that come: a size alone takes no
+        // memory.
+        let lists = PixelLists { width, height, ..PixelLists::clear(0, 0) };
         Self { lists, pixel: Vec::new() }
     }
 
@@ -351,6 +351,11 @@ mod tests {
         ] {
             assert!(lists(starts, z, values).is_err(), "{starts:?}");
         }
+    }
+
+    #[test]
+    fn a_size_alone_takes_no_memory() {
+        assert!(PixelListsBuilder::<Rgb>::new(u32::MAX, u32::MAX).finish().is_err());
     }
 
     #[test]

@@ -5,22 +5,14 @@
 
 use dsm_core::{
     DeepMap, Filter, FilterShape, Footprint, MapInfo, PixelListsBuilder, Receiver, Rgb,
-    Transmittance, Vertex, filtered_lookup,
+    Transmittance, TransmittanceFunction, Vertex, VisibilitySweep, filtered_lookup,
 };
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
+
+#[expect(dead_code, reason = "shared with the tests of sampling")]
+mod support;
 
 const SHAPES: [FilterShape; 3] = [FilterShape::Box, FilterShape::Tent, FilterShape::Gaussian];
-
-fn config() -> ProptestConfig {
-    let cases = if std::env::var_os("DSM_LONG_TESTS").is_some() { 20_000 } else { 256 };
-    ProptestConfig {
-        cases,
-        rng_seed: RngSeed::Fixed(2000),
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    }
-}
 
 /// V(z) by linear search: the value after the last vertex at depth ≤ z,
 /// moved towards the next one.
@@ -97,9 +89,20 @@ fn naive_lookup<T: Transmittance>(
     sum / total
 }
 
-/// Pixel functions: half on integer depths with dyadic values, so that steps
-/// and ties are common.
+/// Pixel functions: of rays, half of them on a grid of depths and opacities,
+/// or of any vertices.
 fn pixel<T: Transmittance>() -> impl Strategy<Value = Vec<Vertex<T>>> {
+    let ray = support::ray_hits::<T>(4).prop_map(|hits| {
+        let ray = TransmittanceFunction::new(&hits, 0.05);
+        let mut sweep = VisibilitySweep::default();
+        let function = sweep.over(&[(1.0, &ray)]).visibility_function();
+        function.view().vertices().collect()
+    });
+    prop_oneof![3 => ray, 1 => free_pixel()]
+}
+
+/// Vertices on whole depths and between, with drops by quarters.
+fn free_pixel<T: Transmittance>() -> impl Strategy<Value = Vec<Vertex<T>>> {
     let vertex = (any::<bool>(), 1_u8..6, 0.1_f32..6.0, prop::array::uniform3(0_u8..5));
     prop::collection::vec(vertex, 0..6).prop_map(|drafts| {
         let mut depths: Vec<f32> = drafts
@@ -207,7 +210,7 @@ fn equals_the_oracle<T: Transmittance>(
 }
 
 proptest! {
-    #![proptest_config(config())]
+    #![proptest_config(support::config(2000))]
 
     #[test]
     fn mono_equals_the_oracle((width, pixels, queries) in case::<f32>()) {

@@ -6,10 +6,11 @@ use dsm_core::{DeepMap, PixelListsView, Transmittance};
 
 use crate::codec::{Block, Codec, EncodedTile};
 use crate::columns::Columns;
+use crate::error::check_limit;
 use crate::format::level::Level;
 use crate::format::tile_id::TileId;
 use crate::format::write::ContainerWriter;
-use crate::{AchievedError, Error, Metadata, Result};
+use crate::{AchievedError, Error, Limits, Metadata, Result};
 
 /// How a map is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,13 +88,16 @@ impl MapWriter {
     /// # Errors
     ///
     /// [`Error::Metadata`] or [`Error::Caller`] if the metadata or options
-    /// break a rule; [`Error::File`] if no file can be created there.
+    /// break a rule; [`Error::Limit`] if a reader would not accept them by
+    /// default; [`Error::File`] if no file can be created there.
     pub fn create(
         path: impl AsRef<Path>,
         metadata: Metadata,
         options: WriteOptions,
     ) -> Result<Self> {
         let json = metadata.to_json()?;
+        let limit = Limits::default().max_header_bytes;
+        check_limit("bytes of metadata", json.len() as u64, limit)?;
         let mut container = ContainerWriter::create(path)?;
         let tolerance = metadata.info.tolerance.epsilon();
         let (width, height) = (metadata.width, metadata.height);

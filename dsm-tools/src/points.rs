@@ -1,11 +1,38 @@
 //! Points to look up, from a CSV file with columns x, y and z.
 
-use std::io::{Chain, Read};
+use std::io::{self, Chain, Read};
 
 use anyhow::{Context, Result, anyhow, bail};
 use csv::{ByteRecord, Reader, ReaderBuilder, Terminator};
 
 const NAMES: [&str; 3] = ["x", "y", "z"];
+
+/// The longest line, in bytes. A record is held in memory.
+const LONGEST_LINE: usize = 1 << 20;
+
+/// Passes a source on, but for lines that are too long.
+struct ShortLines<R> {
+    source: R,
+    /// Bytes since the last line feed.
+    length: usize,
+}
+
+impl<R: Read> Read for ShortLines<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.source.read(buffer)?;
+        for part in buffer[..count].split_inclusive(|&byte| byte == b'\n') {
+            self.length += part.len();
+            if self.length > LONGEST_LINE {
+                let reason = format!("a line is longer than {LONGEST_LINE} bytes");
+                return Err(io::Error::new(io::ErrorKind::InvalidData, reason));
+            }
+            if part.ends_with(b"\n") {
+                self.length = 0;
+            }
+        }
+        Ok(count)
+    }
+}
 
 /// Reads points from a CSV file, in order.
 ///
@@ -13,7 +40,7 @@ const NAMES: [&str; 3] = ["x", "y", "z"];
 /// any order among others. Fields may be quoted, lines may end in CR LF, and
 /// blank lines don't count.
 pub(crate) struct PointReader<R> {
-    reader: Reader<Chain<R, &'static [u8]>>,
+    reader: Reader<Chain<ShortLines<R>, &'static [u8]>>,
     columns: [usize; 3],
     record: ByteRecord,
 }
@@ -26,7 +53,7 @@ impl<R: Read> PointReader<R> {
         let mut reader = ReaderBuilder::new()
             .flexible(true)
             .terminator(Terminator::Any(b'\n'))
-            .from_reader(source.chain(&b"\n"[..]));
+            .from_reader(ShortLines { source, length: 0 }.chain(&b"\n"[..]));
         let header = reader.byte_headers().context("reading the header")?;
         let mut columns = [0; 3];
         for (column, name) in columns.iter_mut().zip(NAMES) {
@@ -131,6 +158,15 @@ mod tests {
         ] {
             assert!(refusal(text).starts_with(&format!("line {line}: ")), "{}", refusal(text));
         }
+    }
+
+    #[test]
+    fn a_line_without_end_is_refused() {
+        let endless = PointReader::new(io::repeat(b'0')).err();
+        let shown = endless.map(|error| format!("{error:#}"));
+        assert!(shown.is_some_and(|shown| shown.contains("longer than 1048576 bytes")));
+        let mut long = PointReader::new((&b"x,y,z\n1,2,3\n"[..]).chain(io::repeat(b'0'))).unwrap();
+        assert!(long.read(&mut Vec::new(), 9).is_err());
     }
 
     #[test]

@@ -31,7 +31,7 @@ fn push_sample<T: Transmittance>(
         report.dropped_not_finite += 1;
         return Ok(());
     }
-    if z.max(z_back) < 0.0 {
+    if z < 0.0 && z_back <= 0.0 {
         report.dropped_behind_camera += 1;
         return Ok(());
     }
@@ -49,9 +49,7 @@ fn push_sample<T: Transmittance>(
         hits.push_slab(z, z_back, opacity)?;
     } else {
         report.cut_at_camera += 1;
-        if z_back > 0.0 {
-            hits.push_slab(0.0, z_back, remaining_opacity(opacity, z, z_back))?;
-        }
+        hits.push_slab(0.0, z_back, remaining_opacity(opacity, z, z_back))?;
     }
     Ok(())
 }
@@ -94,7 +92,7 @@ mod tests {
             (f32::NAN, 1.0, 0.5),
             (1.0, f32::INFINITY, 0.5),
             (-2.0, -2.0, 0.5),
-            (-2.0, -1.0, 0.5),
+            (-2.0, 0.0, 0.5),
             (1.0, 1.0, f32::NAN),
         ]);
         assert!(hits.is_empty());

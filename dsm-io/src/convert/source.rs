@@ -11,6 +11,7 @@ use glam::Mat4;
 use super::ImportReport;
 use super::rows::SourceRows;
 use crate::deep_exr::{AlphaChannels, DeepExrHeader, DeepExrReader};
+use crate::error::check_limit;
 use crate::{AchievedError, Attribute, Error, Limits, MapReader, Metadata, Result, Tile, TileId};
 
 /// A file whose pixels are, or can be made, visibility functions.
@@ -31,12 +32,20 @@ impl MapSource {
     /// What is wrong with the file; [`Error::Caller`] if a part of a `.dsm`
     /// is asked for.
     pub fn open(path: &Path, part: Option<&str>, limits: &Limits) -> Result<Self> {
+        // A pipe has no length to hold its contents to, and may never answer.
+        let file = std::fs::metadata(path)
+            .map_err(|error| Error::io("open")(error).in_file(Some(path)))?;
+        if !file.is_file() {
+            return Err(Error::caller("not a regular file").in_file(Some(path)));
+        }
         if is_openexr(path)? {
             let reader = DeepExrReader::open(path, part, limits)
                 .map_err(|error| Error::from(error).in_file(Some(path)))?;
             Ok(Self::Image(Box::new(reader)))
         } else {
             let map = MapReader::open(path, limits)?;
+            check_limit("pixels", map.levels()[0].pixel_count(), limits.max_pixels)
+                .map_err(|error| error.in_file(Some(path)))?;
             match part {
                 None => Ok(Self::Map(Box::new(map))),
                 Some(_) => Err(Error::caller("a .dsm file has no parts to choose from")),
@@ -60,6 +69,14 @@ impl MapSource {
         match self {
             Self::Map(map) => [map.metadata().width, map.metadata().height],
             Self::Image(image) => [image.header().width, image.header().height],
+        }
+    }
+
+    /// How many rows it hands out at the cost of one: a row of tiles.
+    pub(super) fn rows_at_once(&self) -> u32 {
+        match self {
+            Self::Map(map) => map.levels()[0].tile_height,
+            Self::Image(_) => 1,
         }
     }
 

@@ -28,8 +28,8 @@ pub struct ConvertOptions {
 /// The error that a source `.dsm` states is added to that of every tile, as its
 /// tolerance is to the map's.
 ///
-/// Memory is bounded by one row of tiles; its tiles are compressed in
-/// parallel, on the current rayon pool. The same input gives the same bytes
+/// Memory is bounded by one row of tiles, of the map or of the source; they are
+/// compressed in parallel, on the current rayon pool. The same input gives the same bytes
 /// whatever the number of threads. On an error `output` is what it was before.
 ///
 /// # Errors
@@ -47,21 +47,22 @@ pub fn convert(
     let mut writer = MapWriter::create(output, metadata, options.write)?;
     let inherited = source.stated_error();
     let tile_size = options.write.tile_size;
-    for top in (0..height).step_by(tile_size as usize) {
-        let rows = top..top.saturating_add(tile_size).min(height);
+    // Small tiles of a source with large ones: its rows are decoded once.
+    let band_rows = tile_size * (source.rows_at_once() / tile_size).max(1);
+    for top in (0..height).step_by(band_rows as usize) {
+        let rows = top..top.saturating_add(band_rows).min(height);
         let band = Band { width, rows: rows.clone(), options };
         let tiles = if channels == 1 {
             band.compress::<f32>(source)
         } else {
             band.compress::<Rgb>(source)
         }?;
-        for (column, tile) in (0..).zip(tiles) {
-            let id = TileId::new(0, column, top / tile_size);
+        for tile in tiles {
             let achieved = AchievedError {
                 max: (inherited.max + tile.achieved.max).min(1.0),
                 mean: (inherited.mean + tile.achieved.mean).min(1.0),
             };
-            writer.write_encoded(id, &tile.encoded, achieved)?;
+            writer.write_encoded(tile.id, &tile.encoded, achieved)?;
             report += tile.report;
         }
         progress(rows.end);
@@ -70,7 +71,7 @@ pub fn convert(
     Ok(report)
 }
 
-/// A row of tiles.
+/// Whole rows of tiles. The first pixel row is that of a tile.
 struct Band<'a> {
     width: u32,
     rows: Range<u32>,
@@ -79,22 +80,24 @@ struct Band<'a> {
 
 /// A compressed tile, and how well it fits.
 struct CompressedTile {
+    id: TileId,
     encoded: EncodedTile,
     achieved: AchievedError,
     report: ImportReport,
 }
 
 impl Band<'_> {
-    /// Compresses the band's tiles, left to right.
+    /// Compresses the band's tiles, row by row.
     fn compress<T: Transmittance>(&self, source: &mut MapSource) -> Result<Vec<CompressedTile>> {
         let functions = source.read_rows::<T>(self.rows.clone())?;
         let tile_size = self.options.write.tile_size;
-        (0..self.width.div_ceil(tile_size))
+        let columns = self.width.div_ceil(tile_size);
+        let first = self.rows.start / tile_size * columns;
+        let end = self.rows.end.div_ceil(tile_size) * columns;
+        (first..end)
             .into_par_iter()
             .map(|tile| {
-                let left = tile * tile_size;
-                let columns = left..left.saturating_add(tile_size).min(self.width);
-                self.compress_tile(&functions, columns)
+                self.compress_tile(&functions, TileId::new(0, tile % columns, tile / columns))
             })
             .collect()
     }
@@ -102,18 +105,24 @@ impl Band<'_> {
     fn compress_tile<T: Transmittance>(
         &self,
         functions: &SourceRows<T>,
-        columns: Range<u32>,
+        id: TileId,
     ) -> Result<CompressedTile> {
+        let tile_size = self.options.write.tile_size;
+        let tile = |index: u32, end: u32| {
+            let first = index * tile_size;
+            first..first.saturating_add(tile_size).min(end)
+        };
+        let (columns, rows) = (tile(id.x, self.width), tile(id.y, self.rows.end));
         let tolerance = self.options.tolerance;
-        let height = self.rows.len() as u32;
-        let mut pixels = PixelListsBuilder::<T>::new(columns.len() as u32, height);
+        let mut pixels = PixelListsBuilder::<T>::new(columns.len() as u32, rows.len() as u32);
         let mut exact = ExactFunction::new(tolerance.chord());
         let mut report = ImportReport::default();
         let mut differences = DifferenceSummary::default();
         let mut worst = 0.0_f64;
         let mut curved = 0_u32;
-        for (row, column) in (0..height).flat_map(|row| columns.clone().map(move |x| (row, x))) {
-            let pixel = row as usize * self.width as usize + column as usize;
+        for (row, column) in rows.flat_map(|row| columns.clone().map(move |x| (row, x))) {
+            let row = (row - self.rows.start) as usize;
+            let pixel = row * self.width as usize + column as usize;
             functions.function(pixel, &mut exact, &mut report)?;
             // Only a curved pixel has spent some of the tolerance on chords;
             // the others may spend all of it here.
@@ -131,7 +140,7 @@ impl Band<'_> {
         let achieved = AchievedError { max: worst as f32, mean: mean.min(worst) as f32 };
         let write = &self.options.write;
         let encoded = EncodedTile::encode(pixels.finish()?.view(), write.codec, write.block)?;
-        Ok(CompressedTile { encoded, achieved, report })
+        Ok(CompressedTile { id, encoded, achieved, report })
     }
 }
 

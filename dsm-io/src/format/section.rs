@@ -65,6 +65,9 @@ impl Section {
         if required && !kind.is_known() {
             return Err(Error::Unsupported { place, what: format!("section \"{kind}\"") });
         }
+        if kind.is_known() && !required {
+            return Err(Error::invalid(place, "its flag \"required\" is not set"));
+        }
         if !reserved_is_valid(&bytes[28..], minor)
             || !reserved_is_valid(&(flags & !REQUIRED).to_le_bytes(), minor)
         {

@@ -11,7 +11,8 @@ use super::section::{Section, SectionKind};
 use super::tile_id::TileId;
 use super::version::MINOR;
 use crate::codec::EncodedTile;
-use crate::{AchievedError, Error, Result};
+use crate::error::check_limit;
+use crate::{AchievedError, Error, Limits, Result};
 
 /// Writes a `.dsm` file of any kind of map.
 ///
@@ -63,7 +64,9 @@ impl ContainerWriter {
     ///
     /// # Errors
     ///
-    /// [`Error::Caller`] if the level's sizes or number break a rule.
+    /// [`Error::Caller`] if the level's sizes or number break a rule;
+    /// [`Error::Limit`] if the file would have more tiles than a reader
+    /// accepts by default.
     pub fn add_level(&mut self, level: Level) -> Result<u32> {
         // A level has 2³² records at most.
         let index = self.levels.len() as u32;
@@ -75,6 +78,11 @@ impl ContainerWriter {
         if let Some(rule) = rule {
             self.levels.pop();
             return Err(Error::caller(rule));
+        }
+        let tiles = self.levels.iter().map(Level::tile_count).fold(0, u64::saturating_add);
+        if let Err(error) = check_limit("tiles", tiles, Limits::default().max_tiles) {
+            self.levels.pop();
+            return Err(error);
         }
         self.written.push(vec![false; level.tile_count() as usize]);
         self.directories.push(TileDirectory::clear(index, level.tiles()));

@@ -30,15 +30,21 @@ pub(crate) fn run(request: &Verify) -> Result<()> {
         Ok(request.files.iter().map(|path| check(path, request)).collect())
     })?;
     let outcome = Outcome { ok: files.iter().all(|file| file.ok), files };
+    let printed = print(&outcome, request.json);
+    // A failed check stays one, whoever stopped listening.
+    outcome.result()?;
+    Ok(printed?)
+}
+
+fn print(outcome: &Outcome, json: bool) -> io::Result<()> {
     let mut output = BufWriter::new(io::stdout().lock());
-    if request.json {
-        serde_json::to_writer(&mut output, &outcome).map_err(io::Error::from)?;
+    if json {
+        serde_json::to_writer(&mut output, outcome).map_err(io::Error::from)?;
         writeln!(output)?;
     } else {
         outcome.write_text(&mut output)?;
     }
-    output.flush()?;
-    outcome.result()
+    output.flush()
 }
 
 fn check(path: &Path, request: &Verify) -> FileOutcome {

@@ -1,9 +1,12 @@
 //! `verify`.
 
+use std::process::Stdio;
+
 use serde_json::{Value, json};
 
 use crate::maps::{Folder, full_info, mono, rgb};
 use crate::run;
+use crate::run::{Answer, program};
 
 #[test]
 fn whole_maps_pass() {
@@ -46,4 +49,15 @@ fn files_that_are_no_maps_fail() {
     assert!(answer.refusal().starts_with("2 of 2 files failed: "), "{answer:?}");
     assert!(answer.stdout.contains("text.dsm: 1 error\n"), "{answer:?}");
     assert!(answer.stdout.contains("No such file"), "{answer:?}");
+}
+
+#[test]
+fn a_failed_check_stays_one_when_nobody_listens() {
+    let folder = Folder::new();
+    let damaged = folder.write("damaged.dsm", "not a map");
+    let mut call = program(["verify".as_ref(), damaged.as_os_str()]);
+    let mut child = call.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    let answer = Answer::from(child.wait_with_output().unwrap());
+    assert!(answer.refusal().starts_with("1 of 1 files failed: "), "{answer:?}");
 }

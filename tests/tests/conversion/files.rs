@@ -1,8 +1,13 @@
 //! What a conversion keeps, adds up and leaves alone.
 
 use std::fs;
+use std::path::Path;
 
-use dsm_io::{Block, DeepExrReader, Limits, MapReader, MapSource, compare, convert};
+use dsm_core::MapInfo;
+use dsm_io::{
+    Attribute, Block, DeepExrReader, Limits, MapReader, MapSource, MapWriter, Metadata,
+    WriteOptions, compare, convert,
+};
 
 use super::{IMAGES, converted, image, open, options};
 
@@ -95,6 +100,44 @@ fn windows_cameras_and_attributes_are_kept() {
         assert_eq!(columns(camera.and_then(|c| c.world_to_camera)), header.world_to_camera);
         assert_eq!(columns(camera.and_then(|c| c.world_to_ndc)), header.world_to_ndc);
     }
+}
+
+/// A sound file of an empty map of any size, in one tile.
+fn empty_map(size: u32, path: &Path) {
+    let metadata = Metadata::new(size, size, 1, MapInfo::default());
+    let options = WriteOptions::default().with_tile_size(size);
+    MapWriter::create(path, metadata, options).unwrap().finish().unwrap();
+}
+
+#[test]
+fn a_huge_map_is_refused_before_memory_is_taken_for_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let huge = folder.path().join("huge.dsm");
+    empty_map(i32::MAX as u32, &huge);
+    let opened = MapSource::open(&huge, None, &Limits::default());
+    assert!(opened.is_err_and(|error| error.to_string().contains("pixels")));
+}
+
+#[test]
+fn what_readers_would_refuse_is_not_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let (map, output) = (folder.path().join("map.dsm"), folder.path().join("output.dsm"));
+    empty_map(2100, &map);
+    let many_tiles = convert(&mut open(&map), &output, &options(0.0, 1), |_| ());
+    assert!(many_tiles.is_err_and(|error| error.to_string().contains("tiles")));
+    let mut metadata = Metadata::new(1, 1, 1, MapInfo::default());
+    // A control character takes six bytes in JSON.
+    metadata.attributes.insert("long".into(), Attribute::string(&"\u{1}".repeat(3_000_000)));
+    let long = MapWriter::create(&output, metadata, WriteOptions::default());
+    assert!(long.is_err_and(|error| error.to_string().contains("metadata")));
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "only the source is there");
+}
+
+#[test]
+fn only_regular_files_are_sources() {
+    let folder = tempfile::tempdir().unwrap();
+    let opened = MapSource::open(folder.path(), None, &Limits::default());
+    assert!(opened.is_err_and(|error| error.to_string().contains("not a regular file")));
 }
 
 #[test]

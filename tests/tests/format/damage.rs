@@ -98,6 +98,9 @@ fn container(file: &[u8]) -> Vec<Defect> {
     let huge = (1_u64 << 60).to_le_bytes();
     vec![
         signed("length_of_an_exbibyte", file, "truncated", |f| f.put(16, huge)),
+        signed("known_section_not_required", file, "flag \"required\" is not set", |f| {
+            f.put(f.section_entry(b"META") + 4, [0]);
+        }),
         signed("required_flag", file, "flag 0x00000001 is unknown", |f| f.put(12, [1])),
         signed("optional_flag", file, "reserved bytes", |f| f.put(14, [1])),
         signed("reserved_prologue", file, "reserved bytes", |f| f.put(59, [1])),
