@@ -128,6 +128,7 @@ pub fn filtered_lookup<F: VisibilityField>(
 }
 
 /// One pixel's value at the depth of the receiver's plane over its centre.
+#[inline(always)]
 fn evaluate_at<F: VisibilityField>(
     field: &F,
     receiver: &Receiver,

@@ -112,6 +112,7 @@ impl<'a, T: Transmittance> PixelListsView<'a, T> {
     ///
     /// If `pixel` is not below [`Self::pixel_count`].
     #[must_use]
+    #[inline(always)]
     pub fn function(self, pixel: usize) -> VisibilityView<'a, T> {
         let range = self.starts[pixel] as usize..self.starts[pixel + 1] as usize;
         let values = if T::CHANNELS == 1 {
@@ -128,6 +129,7 @@ impl<'a, T: Transmittance> PixelListsView<'a, T> {
     ///
     /// If (`x`, `y`) lies outside the map.
     #[must_use]
+    #[inline(always)]
     pub fn pixel(self, x: u32, y: u32) -> VisibilityView<'a, T> {
         assert!(x < self.width && y < self.height, "pixel ({x}, {y}) is outside the map");
         self.function(y as usize * self.width as usize + x as usize)
@@ -136,6 +138,20 @@ impl<'a, T: Transmittance> PixelListsView<'a, T> {
     /// All functions, row by row.
     pub fn functions(self) -> impl ExactSizeIterator<Item = VisibilityView<'a, T>> + use<'a, T> {
         (0..self.pixel_count()).map(move |pixel| self.function(pixel))
+    }
+
+    /// A copy that owns its columns. O(vertices).
+    #[must_use]
+    pub fn to_lists(self) -> PixelLists<T> {
+        PixelLists {
+            width: self.width,
+            height: self.height,
+            starts: self.starts.to_vec(),
+            value_starts: self.value_starts.to_vec(),
+            z: self.z.to_vec(),
+            values: self.values.to_vec(),
+            channels: PhantomData,
+        }
     }
 
     /// Where each pixel's vertices start, and the end: one entry more than
@@ -205,6 +221,7 @@ impl<T: Transmittance> PixelLists<T> {
 
     /// Borrows the functions.
     #[must_use]
+    #[inline(always)]
     pub fn view(&self) -> PixelListsView<'_, T> {
         PixelListsView {
             width: self.width,
@@ -322,6 +339,7 @@ mod tests {
         assert!(view.pixel(1, 0).is_empty());
         assert_eq!(view.pixel(2, 0).vertices().collect::<Vec<_>>(), grey);
         assert_eq!(view.values().len(), 6 + 2);
+        assert_eq!(view.to_lists(), lists);
     }
 
     #[test]

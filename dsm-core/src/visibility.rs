@@ -152,6 +152,7 @@ impl<'a, T: Transmittance> VisibilityView<'a, T> {
     /// V(z): what is left after everything at depth ≤ z. 1 for NaN.
     /// O(log n).
     #[must_use]
+    #[inline(always)]
     pub fn at(self, z: f32) -> T {
         self.interpolate(self.z.partition_point(|&vertex| vertex <= z), z)
     }
@@ -169,6 +170,7 @@ impl<'a, T: Transmittance> VisibilityView<'a, T> {
     }
 
     /// The value at `z`, between vertices `next - 1` and `next`.
+    #[inline(always)]
     fn interpolate(self, next: usize, z: f32) -> T {
         if next == 0 {
             return T::CLEAR;

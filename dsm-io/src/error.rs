@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use crate::format::section::SectionKind;
 use crate::format::tile_id::TileId;
@@ -190,6 +191,10 @@ pub enum Error {
     /// A tile that was written before.
     #[error("{0} was written before")]
     WrittenTwice(TileId),
+    /// What went wrong with a tile that several threads waited for: each gets
+    /// this one error.
+    #[error(transparent)]
+    Shared(Arc<Error>),
     /// A caller's value that the format cannot hold.
     #[error("{0}")]
     Caller(Cow<'static, str>),

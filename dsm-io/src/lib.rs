@@ -3,12 +3,13 @@
 //! A `.dsm` file holds a deep shadow map in tiles, in as many levels as it
 //! has; `docs/format/dsm-1.md` is the format's definition. [`MapWriter`]
 //! writes one, tile by tile, and [`MapReader`] reads it, in place where it
-//! can. [`Container`] and [`ContainerWriter`] do the same for maps of any
+//! can; [`TileCache`] keeps the tiles of many maps at hand for lookups. [`Container`] and [`ContainerWriter`] do the same for maps of any
 //! kind: they know sections and tiles, not what those mean.
 
 mod achieved_error;
 mod any;
 mod attribute;
+mod cache;
 mod codec;
 mod columns;
 mod convert;
@@ -25,6 +26,7 @@ mod writer;
 pub use achieved_error::AchievedError;
 pub use any::AnyDeepMap;
 pub use attribute::Attribute;
+pub use cache::{CacheStatistics, CachedMap, CachedTile, LookupCursor, TileCache};
 pub use codec::{Block, Codec, EncodedTile};
 pub use convert::{
     ConvertOptions, ImportReport, MapDifference, MapSource, WorstPixel, check_bound, compare,

@@ -143,7 +143,7 @@ impl MapReader {
         }
     }
 
-    fn check_channels<T: Transmittance>(&self) -> Result<()> {
+    pub(crate) fn check_channels<T: Transmittance>(&self) -> Result<()> {
         let (channels, asked) = (self.metadata.channels, T::CHANNELS as u8);
         if channels == asked { Ok(()) } else { Err(Error::Channels { channels, asked }) }
     }

@@ -1,0 +1,207 @@
+//! One thread's way into a cached map.
+
+use std::cell::{Cell, RefCell};
+use std::sync::Arc;
+
+use dsm_core::{Transmittance, VisibilityField};
+
+use super::map::CachedMap;
+use super::tile::CachedTile;
+use crate::{Error, Level, Result, TileId};
+
+/// Slots of a cursor in x and in y: tiles that lie less than this many
+/// columns and rows apart never share a slot, so a footprint over a corner
+/// where four tiles meet keeps all four.
+const SLOTS: u32 = 8;
+
+/// A tile that was asked for, at the place that its position gives it.
+#[derive(Debug)]
+struct Slot<T> {
+    tile: [u32; 2],
+    /// `None`: 1 everywhere.
+    pixels: Option<Arc<CachedTile<T>>>,
+}
+
+impl<T: Transmittance> Slot<T> {
+    /// No tile stands there: a level has fewer than 2³¹ columns.
+    const VACANT: Self = Self { tile: [u32::MAX; 2], pixels: None };
+
+    /// V of the pixel at (`x`, `y`) from the tile's corner.
+    #[inline(always)]
+    fn at(&self, [x, y]: [u32; 2], depth: f32) -> T {
+        self.pixels.as_ref().map_or(T::CLEAR, |tile| tile.view().pixel(x, y).at(depth))
+    }
+}
+
+/// Looks up one level of a [`CachedMap`], for one thread.
+///
+/// It holds on to the tiles it was asked for last, up to 64, one for each
+/// position modulo 8 × 8. A pixel of those costs no lock, and nothing that
+/// another thread writes; any other pixel costs one, and a load if nobody
+/// holds its tile. Make one cursor a thread and keep it: a new one begins with
+/// no tile. Held tiles are not in the budget: t cursors hold up to 64 t tiles
+/// more ([`CacheStatistics::pinned_bytes`](crate::CacheStatistics)).
+///
+/// The values are bit for bit those of the map read into memory.
+///
+/// ```no_run
+/// use dsm_core::{Filter, FilterShape, Footprint, Receiver, filtered_lookup};
+/// use dsm_io::{Limits, TileCache};
+///
+/// let cache = TileCache::new(256 << 20);
+/// let map = cache.open::<f32>("shadow.dsm", &Limits::default())?;
+/// let cursor = map.cursor();
+/// let footprint = Footprint::Isotropic(Filter::new(FilterShape::Tent, 4.0)?);
+/// let light = filtered_lookup(&cursor, &Receiver::new([10.5, 7.25], 4.0), &footprint)?;
+/// # Ok::<(), dsm_io::Error>(())
+/// ```
+#[derive(Debug)]
+pub struct LookupCursor<T> {
+    map: CachedMap<T>,
+    level: u32,
+    size: [u32; 2],
+    columns: TileDivision,
+    rows: TileDivision,
+    slots: RefCell<[Slot<T>; (SLOTS * SLOTS) as usize]>,
+    hits: Cell<u64>,
+}
+
+impl<T: Transmittance> LookupCursor<T> {
+    pub(super) fn new(map: CachedMap<T>, index: u32, level: &Level) -> Self {
+        Self {
+            map,
+            level: index,
+            size: [level.width, level.height],
+            columns: TileDivision::new(level.tile_width),
+            rows: TileDivision::new(level.tile_height),
+            slots: RefCell::new(std::array::from_fn(|_| Slot::VACANT)),
+            hits: Cell::new(0),
+        }
+    }
+
+    /// The map that is looked up.
+    #[must_use]
+    pub const fn map(&self) -> &CachedMap<T> {
+        &self.map
+    }
+
+    /// Index of the level that is looked up.
+    #[must_use]
+    pub const fn level(&self) -> u32 {
+        self.level
+    }
+
+    /// Lets go of all tiles and hands the hits in to the statistics.
+    pub fn release(&self) {
+        self.slots.borrow_mut().fill_with(|| Slot::VACANT);
+        self.map.hand_in(&self.hits);
+    }
+
+    /// Puts a tile into its slot.
+    #[cold]
+    #[inline(never)]
+    fn fetch(&self, tile: [u32; 2]) -> Result<()> {
+        let id = TileId::new(self.level, tile[0], tile[1]);
+        let pixels = self.map.tile_after(id, &self.hits)?;
+        self.slots.borrow_mut()[slot_of(tile)] = Slot { tile, pixels };
+        Ok(())
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn outside([x, y]: [u32; 2]) -> Error {
+        Error::caller(format!("pixel ({x}, {y}) is outside the map"))
+    }
+}
+
+impl<T: Transmittance> VisibilityField for LookupCursor<T> {
+    type Value = T;
+    type Error = Error;
+
+    fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// O(log n) for n vertices, if the pixel's tile is held.
+    ///
+    /// # Errors
+    ///
+    /// As [`CachedMap::tile`]; [`Error::Caller`] if the pixel lies outside.
+    #[inline(always)]
+    fn evaluate(&self, [x, y]: [u32; 2], depth: f32) -> Result<T> {
+        if x >= self.size[0] || y >= self.size[1] {
+            return Err(Self::outside([x, y]));
+        }
+        let ((column, x), (row, y)) = (self.columns.split(x), self.rows.split(y));
+        let tile = [column, row];
+        if self.slots.borrow()[slot_of(tile)].tile == tile {
+            self.hits.update(|hits| hits + 1);
+        } else {
+            self.fetch(tile)?;
+        }
+        // One place that evaluates, so that it is compiled into the caller.
+        Ok(self.slots.borrow()[slot_of(tile)].at([x, y], depth))
+    }
+}
+
+impl<T> Drop for LookupCursor<T> {
+    fn drop(&mut self) {
+        self.map.hand_in(&self.hits);
+    }
+}
+
+#[inline(always)]
+const fn slot_of([column, row]: [u32; 2]) -> usize {
+    (row % SLOTS * SLOTS + column % SLOTS) as usize
+}
+
+/// Cuts columns or rows of pixels into those of tiles, without a division.
+#[derive(Clone, Copy, Debug)]
+struct TileDivision {
+    size: u32,
+    /// ⌈2⁶³ / size⌉.
+    reciprocal: u64,
+}
+
+impl TileDivision {
+    const fn new(size: u32) -> Self {
+        Self { size, reciprocal: (1_u64 << 63).div_ceil(size as u64) }
+    }
+
+    /// Which tile `at` lies in, and how far from its edge.
+    ///
+    /// The reciprocal is less than 1 too large, the quotient thus less than
+    /// at / 2⁶³ < 1 / size: too little to reach the next integer, for an `at`
+    /// and a size below 2³¹.
+    #[inline(always)]
+    const fn split(self, at: u32) -> (u32, u32) {
+        let tile = ((at as u128 * self.reciprocal as u128) >> 63) as u32;
+        (tile, at - tile * self.size)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pixels_are_divided_as_integers() {
+        let edges = [1, 2, 3, 5, 7, 63, 64, 65, 1000, 46_341, (1 << 30) + 1, (1 << 31) - 1];
+        for size in edges {
+            let division = TileDivision::new(size);
+            let near = edges.iter().flat_map(|&at| [at - 1, at, at.saturating_mul(size) - 1]);
+            let mixed = (0..10_000_u32).map(|step| step.wrapping_mul(2_654_435_761));
+            for at in near.chain(mixed).map(|at| at & 0x7fff_ffff) {
+                assert_eq!(division.split(at), (at / size, at % size), "{at} by {size}");
+            }
+        }
+    }
+
+    #[test]
+    fn tiles_of_a_footprint_do_not_share_a_slot() {
+        let mut slots: Vec<_> =
+            (0..64).map(|i| slot_of([1_000_001 + i % 8, 77_777 + i / 8])).collect();
+        slots.sort_unstable();
+        assert!(slots.into_iter().eq(0..64));
+    }
+}

@@ -1,0 +1,107 @@
+//! Keeps the tiles of many maps at hand, within a byte budget.
+//!
+//! A lookup goes through three places, each slower than the one before:
+//!
+//! 1. the slots of its thread's [`LookupCursor`]: no lock, nothing shared is
+//!    written;
+//! 2. the shards of the cache's store, each an LRU list under a lock, and
+//!    beside it the tiles that were let go but that some cursor still holds;
+//! 3. the file: one thread loads a tile, whoever else wants it waits.
+//!
+//! A tile is a copy even where its file has it as it is used: what the budget
+//! counts is then what is held, and a hit depends on no page of a file.
+
+mod cursor;
+mod load;
+mod map;
+mod shard;
+mod statistics;
+mod store;
+mod tile;
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use dsm_core::Transmittance;
+
+pub use cursor::LookupCursor;
+pub use map::CachedMap;
+pub use statistics::CacheStatistics;
+pub use tile::CachedTile;
+
+use crate::{Limits, MapReader, Result};
+use store::TileStore;
+
+/// The tiles of any number of maps, within one byte budget; the least recently
+/// used make room. Clones are the same cache.
+///
+/// The budget bounds the tiles that the cache keeps, at any time
+/// ([`CacheStatistics::bytes`]). On top come tiles that are being loaded, one
+/// a thread, and those that a [`LookupCursor`] or a caller holds and the cache
+/// had to let go. A tile of more than the budget is never kept, but works.
+/// A cursor's hits do not tell the cache that a tile is in use. One that it
+/// lets go for that reason is still found, without a load, as long as any
+/// cursor holds it.
+///
+/// ```no_run
+/// use dsm_core::VisibilityField;
+/// use dsm_io::{Limits, TileCache};
+///
+/// let cache = TileCache::new(1 << 30);
+/// let key = cache.open::<f32>("key.dsm", &Limits::default())?;
+/// let rim = cache.open::<f32>("rim.dsm", &Limits::default())?;
+/// let light = key.cursor().evaluate([3, 4], 7.5)? * rim.cursor().evaluate([3, 4], 7.5)?;
+/// println!("{light} {:?}", cache.statistics());
+/// # Ok::<(), dsm_io::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct TileCache {
+    store: Arc<TileStore>,
+    next_map: Arc<AtomicU64>,
+}
+
+impl TileCache {
+    /// A cache that keeps at most `budget` bytes of tiles.
+    #[must_use]
+    pub fn new(budget: u64) -> Self {
+        Self { store: Arc::new(TileStore::new(budget)), next_map: Arc::default() }
+    }
+
+    /// The most bytes of tiles that the cache keeps.
+    #[must_use]
+    pub fn budget(&self) -> u64 {
+        self.store.budget()
+    }
+
+    /// Opens a map, mapped into memory ([`MapReader::open`]). Opening a file
+    /// twice makes two maps: it may have been replaced meanwhile.
+    ///
+    /// # Errors
+    ///
+    /// As [`MapReader::open`] and [`Self::insert`].
+    pub fn open<T: Transmittance>(
+        &self,
+        path: impl AsRef<Path>,
+        limits: &Limits,
+    ) -> Result<CachedMap<T>> {
+        self.insert(MapReader::open(path, limits)?)
+    }
+
+    /// Takes an open map.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Channels`](crate::Error::Channels) if `T` has another number
+    /// of channels than the map.
+    pub fn insert<T: Transmittance>(&self, reader: MapReader) -> Result<CachedMap<T>> {
+        let number = self.next_map.fetch_add(1, Ordering::Relaxed);
+        CachedMap::new(reader, number, Arc::clone(&self.store))
+    }
+
+    /// What the cache did and holds. Exact while no other thread uses it.
+    #[must_use]
+    pub fn statistics(&self) -> CacheStatistics {
+        self.store.statistics()
+    }
+}

@@ -1,0 +1,333 @@
+//! Lookups through a tile cache: the values of the map in memory, whatever
+//! the budget and however many threads ask.
+
+#![expect(clippy::unwrap_used, reason = "helpers of tests stop where a value is refused")]
+
+use std::cell::Cell;
+use std::fmt::Debug;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use dsm_core::{
+    DeepMap, Filter, FilterShape, Footprint, MapInfo, PixelListsBuilder, Receiver, Rgb,
+    Transmittance, Vertex, VisibilityField, filtered_lookup,
+};
+use dsm_io::{
+    AchievedError, Block, Container, Error, Limits, MapReader, Memory, Metadata, Source, TileCache,
+    TileId, WriteOptions, write_map,
+};
+
+const SIZE: [u32; 2] = [150, 100];
+const TILE: u32 = 9;
+const THREADS: u64 = 8;
+
+/// A stream of numbers in [0, 1).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        (self.0 >> 40) as f32 / (1 << 24) as f32
+    }
+}
+
+/// Steps and ramps of 0 to 4 falls a pixel; the tiles of one corner are
+/// empty.
+fn map<T: Transmittance>(seed: u64) -> DeepMap<T> {
+    let mut random = Random(seed);
+    let mut pixels = PixelListsBuilder::new(SIZE[0], SIZE[1]);
+    for y in 0..SIZE[1] {
+        for x in 0..SIZE[0] {
+            let falls = if x < 3 * TILE && y < 2 * TILE { 0 } else { (random.next() * 5.0) as u32 };
+            let (mut z, mut value) = (random.next(), T::CLEAR);
+            for _ in 0..falls {
+                pixels.push(Vertex::new(z, value));
+                z += if random.next() < 0.5 { 0.0 } else { random.next() };
+                value = T::from_channels(|channel| value.channel(channel) * random.next());
+                pixels.push(Vertex::new(z, value));
+                z += 0.1;
+            }
+            pixels.finish_pixel().unwrap();
+        }
+    }
+    DeepMap::new(MapInfo::default(), pixels.finish().unwrap())
+}
+
+fn write<T: Transmittance>(path: &Path, map: &DeepMap<T>, block: Block) {
+    let metadata = Metadata::new(SIZE[0], SIZE[1], T::CHANNELS as u8, *map.info());
+    let options = WriteOptions::default().with_tile_size(TILE).with_block(block);
+    write_map(path, metadata, map, AchievedError::NONE, options).unwrap();
+}
+
+/// A map, and a reader of it.
+fn written<T: Transmittance>(seed: u64, block: Block) -> (DeepMap<T>, MapReader) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("map.dsm");
+    let map = map(seed);
+    write(&path, &map, block);
+    (map, MapReader::open_in_memory(&path, &Limits::default()).unwrap())
+}
+
+fn tiles_with_pixels(reader: &MapReader) -> u64 {
+    let entries = reader.directory(0).unwrap().iter();
+    entries.filter(|(_, entry)| !entry.is_empty()).count() as u64
+}
+
+/// A field that counts what it is asked.
+struct Counted<'a, F>(&'a F, Cell<u64>);
+
+impl<F: VisibilityField> VisibilityField for Counted<'_, F> {
+    type Value = F::Value;
+    type Error = F::Error;
+
+    fn size(&self) -> [u32; 2] {
+        self.0.size()
+    }
+
+    fn evaluate(&self, pixel: [u32; 2], depth: f32) -> Result<F::Value, F::Error> {
+        self.1.set(self.1.get() + 1);
+        self.0.evaluate(pixel, depth)
+    }
+}
+
+fn bits<T: Transmittance>(value: T) -> Vec<u32> {
+    (0..T::CHANNELS).map(|channel| value.channel(channel).to_bits()).collect()
+}
+
+/// Compares `lookups` filtered lookups that wander, and at times jump; tells
+/// how many pixels they asked for.
+fn compare<T: Transmittance, F: VisibilityField<Value = T>>(
+    map: &DeepMap<T>,
+    field: &F,
+    seed: u64,
+    lookups: u32,
+) -> u64
+where
+    F::Error: Debug,
+{
+    let field = Counted(field, Cell::new(0));
+    let filter = |shape, width| Footprint::Isotropic(Filter::new(shape, width).unwrap());
+    let footprints =
+        [Footprint::Point, filter(FilterShape::Box, 3.0), filter(FilterShape::Tent, 4.0)];
+    let mut random = Random(seed);
+    let size = SIZE.map(|size| size as f32);
+    let mut at = [0.0; 2];
+    for lookup in 0..lookups {
+        if lookup % 100 == 0 {
+            at = size.map(|size| random.next() * size);
+        }
+        at =
+            [0, 1].map(|axis| (at[axis] + 4.0 * random.next() - 2.0).clamp(0.0, size[axis] - 0.01));
+        let receiver = Receiver::new(at, 4.0 * random.next());
+        let footprint = footprints[[0, 0, 1, 0, 0, 2][lookup as usize % 6]];
+        let Ok(expected) = filtered_lookup(map, &receiver, &footprint);
+        let found = filtered_lookup(&field, &receiver, &footprint).unwrap();
+        assert_eq!(bits(found), bits(expected), "{receiver:?}");
+    }
+    field.1.get()
+}
+
+fn agrees_under_threads<T: Transmittance>(block: Block, lookups: u32) {
+    let (map, reader) = written::<T>(1, block);
+    let largest = (0..SIZE[0].div_ceil(TILE))
+        .flat_map(|x| (0..SIZE[1].div_ceil(TILE)).map(move |y| TileId::new(0, x, y)))
+        .map(|id| reader.directory(0).unwrap().get(id.x, id.y).unwrap().raw_length)
+        .max();
+    let cache = TileCache::new(2 * largest.unwrap());
+    let cached = cache.insert::<T>(reader).unwrap();
+    let pixels: u64 = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..THREADS)
+            .map(|thread| {
+                let (map, cached) = (&map, &cached);
+                scope.spawn(move || compare(map, &cached.cursor(), thread, lookups))
+            })
+            .collect();
+        threads.into_iter().map(|thread| thread.join().unwrap()).sum()
+    });
+    let statistics = cache.statistics();
+    assert_eq!(statistics.hits + statistics.misses, pixels);
+    assert!(statistics.bytes <= cache.budget() && statistics.tiles >= 2, "{statistics:?}");
+    assert!(statistics.evictions > tiles_with_pixels(cached.reader()), "{statistics:?}");
+    assert!(statistics.peak_bytes > cache.budget(), "the cursors hold more");
+    assert!(statistics.loads <= statistics.misses && statistics.failed_loads == 0);
+    assert_eq!((statistics.pinned_tiles, statistics.pinned_bytes), (0, 0), "all cursors are gone");
+}
+
+#[test]
+fn a_million_lookups_by_eight_threads_equal_the_map_in_memory() {
+    agrees_under_threads::<f32>(Block::Plain, 125_000);
+}
+
+#[test]
+fn colours_and_packed_tiles_equal_the_map_in_memory() {
+    agrees_under_threads::<Rgb>(Block::Zstd, 5_000);
+}
+
+#[test]
+fn a_tile_that_stays_is_loaded_once() {
+    let (map, reader) = written::<f32>(2, Block::Zstd);
+    let count = tiles_with_pixels(&reader);
+    assert_eq!(count, u64::from(SIZE[0].div_ceil(TILE) * SIZE[1].div_ceil(TILE)) - 6);
+    let cache = TileCache::new(u64::MAX);
+    let cached = cache.insert::<f32>(reader).unwrap();
+    std::thread::scope(|scope| {
+        for _ in 0..THREADS {
+            scope.spawn(|| {
+                let cursor = cached.cursor();
+                for pixel in 0..SIZE[0] * SIZE[1] {
+                    let pixel = [pixel % SIZE[0], pixel / SIZE[0]];
+                    let Ok(expected) = map.evaluate(pixel, 1.0);
+                    assert_eq!(cursor.evaluate(pixel, 1.0).unwrap(), expected);
+                }
+            });
+        }
+    });
+    let statistics = cache.statistics();
+    assert_eq!((statistics.loads, statistics.tiles, statistics.evictions), (count, count, 0));
+    assert_eq!(statistics.hits + statistics.misses, THREADS * u64::from(SIZE[0] * SIZE[1]));
+    assert_eq!(statistics.peak_bytes, statistics.bytes);
+}
+
+#[test]
+fn empty_tiles_are_not_loaded() {
+    let (_, reader) = written::<f32>(3, Block::Plain);
+    let cache = TileCache::new(1 << 20);
+    let cached = cache.insert::<f32>(reader).unwrap();
+    assert!(cached.tile(TileId::new(0, 2, 1)).unwrap().is_none());
+    assert_eq!(cached.cursor().evaluate([5, 5], 3.0).unwrap(), 1.0);
+    let statistics = cache.statistics();
+    assert_eq!((statistics.hits, statistics.misses, statistics.peak_bytes), (2, 0, 0));
+}
+
+#[test]
+fn tiles_over_the_budget_are_shared_by_cursors() {
+    let (map, reader) = written::<f32>(4, Block::Plain);
+    let cache = TileCache::new(0);
+    let cached = cache.insert::<f32>(reader).unwrap();
+    let (pixel, [first, second]) = ([80, 50], [cached.cursor(), cached.cursor()]);
+    let Ok(expected) = map.evaluate(pixel, 2.0);
+    for cursor in [&first, &first, &second] {
+        assert_eq!(cursor.evaluate(pixel, 2.0).unwrap(), expected);
+    }
+    let tile = cached.tile(TileId::new(0, 80 / TILE, 50 / TILE)).unwrap().unwrap();
+    let statistics = cache.statistics();
+    assert_eq!((statistics.loads, statistics.tiles, statistics.bytes), (1, 0, 0));
+    assert_eq!((statistics.pinned_tiles, statistics.pinned_bytes), (1, tile.bytes()));
+    first.release();
+    drop((second, tile));
+    assert_eq!(cache.statistics().pinned_bytes, 0);
+    assert_eq!(first.evaluate(pixel, 2.0).unwrap(), expected);
+    assert_eq!(
+        (cache.statistics().loads, cache.statistics().peak_bytes),
+        (2, statistics.pinned_bytes)
+    );
+}
+
+#[test]
+fn several_files_share_a_cache() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let (key, rim, coloured) = (map::<f32>(5), map::<f32>(6), map::<Rgb>(7));
+    write(&path("key.dsm"), &key, Block::Plain);
+    write(&path("rim.dsm"), &rim, Block::Zstd);
+    write(&path("coloured.dsm"), &coloured, Block::Plain);
+    let (cache, limits) = (TileCache::new(u64::MAX), Limits::default());
+    let open = |name: &str| cache.open::<f32>(path(name), &limits).unwrap();
+    let (cached_key, cached_rim) = (open("key.dsm"), open("rim.dsm"));
+    let cached_coloured = cache.clone().open::<Rgb>(path("coloured.dsm"), &limits).unwrap();
+    let cursors = (cached_key.cursor(), cached_rim.cursor(), cached_coloured.cursor());
+    compare(&key, &cursors.0, 1, 10_000);
+    compare(&rim, &cursors.1, 1, 10_000);
+    compare(&coloured, &cursors.2, 1, 10_000);
+    let of_coloured = |id| cached_coloured.tile(id).unwrap().map_or(0, |tile| tile.bytes());
+    let ids = cached_coloured.reader().directory(0).unwrap().iter().map(|(id, _)| id);
+    let bytes: u64 = ids.map(of_coloured).sum();
+    let before = cache.statistics();
+    drop((cursors.2, cached_coloured));
+    let after = cache.statistics();
+    assert_eq!(after.bytes, before.bytes - bytes, "a closed map takes its tiles with it");
+    assert_eq!((after.pinned_bytes, after.evictions), (0, 0));
+    compare(&key, &cursors.0, 2, 1_000);
+    assert!(matches!(
+        cache.open::<Rgb>(path("key.dsm"), &limits),
+        Err(Error::Channels { channels: 1, asked: 3 })
+    ));
+}
+
+/// A file that can be repaired.
+#[derive(Debug)]
+struct Repairable {
+    damaged: Memory,
+    whole: Memory,
+    is_repaired: Arc<AtomicBool>,
+}
+
+impl Source for Repairable {
+    fn bytes(&self) -> &[u8] {
+        let repaired = self.is_repaired.load(Ordering::SeqCst);
+        if repaired { self.whole.bytes() } else { self.damaged.bytes() }
+    }
+}
+
+#[test]
+fn a_damaged_tile_is_an_error_until_it_can_be_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("map.dsm");
+    let map = map::<f32>(8);
+    write(&path, &map, Block::Plain);
+    let whole = std::fs::read(&path).unwrap();
+    let reader = MapReader::from_bytes(whole.clone(), &Limits::default()).unwrap();
+    let id = TileId::new(0, 5, 5);
+    let mut damaged = whole.clone();
+    damaged[reader.directory(0).unwrap().get(id.x, id.y).unwrap().offset as usize + 7] ^= 1;
+    let is_repaired = Arc::new(AtomicBool::new(false));
+    let source = Repairable {
+        damaged: damaged.into(),
+        whole: whole.into(),
+        is_repaired: Arc::clone(&is_repaired),
+    };
+    let limits = Limits::default();
+    let container = Container::from_source(source, &limits).unwrap();
+    let cache = TileCache::new(1 << 20);
+    let cached = cache.insert::<f32>(MapReader::new(container, &limits).unwrap()).unwrap();
+    let (cursor, pixel) = (cached.cursor(), [5 * TILE + 1, 5 * TILE]);
+    let direct = cached.reader().tile::<f32>(id).unwrap_err();
+    std::thread::scope(|scope| {
+        for _ in 0..THREADS {
+            scope.spawn(|| {
+                let error = cached.cursor().evaluate(pixel, 1.0).unwrap_err();
+                assert_eq!(error.to_string(), direct.to_string());
+                assert!(
+                    matches!(&error, Error::Shared(error) if matches!(**error, Error::Checksum { .. }))
+                );
+            });
+        }
+    });
+    assert!(cursor.evaluate(pixel, 1.0).is_err());
+    let failed = cache.statistics();
+    assert_eq!((failed.hits, failed.misses, failed.loads), (0, THREADS + 1, 0));
+    // Its neighbour is whole.
+    assert!(cursor.evaluate([pixel[0], pixel[1] - 1], 1.0).is_ok());
+    is_repaired.store(true, Ordering::SeqCst);
+    let Ok(expected) = map.evaluate(pixel, 1.0);
+    assert_eq!(cursor.evaluate(pixel, 1.0).unwrap(), expected);
+    assert_eq!(cache.statistics().failed_loads, failed.failed_loads);
+}
+
+#[test]
+fn what_is_not_there_is_an_error() {
+    let (_, reader) = written::<f32>(9, Block::Plain);
+    let cached = TileCache::new(1 << 20).insert::<f32>(reader).unwrap();
+    assert!(matches!(cached.level_cursor(1), Err(Error::NoSuchLevel(1))));
+    let error = cached.tile(TileId::new(0, 99, 0)).unwrap_err();
+    assert!(matches!(
+        error,
+        Error::File { error, .. } if matches!(*error, Error::NoSuchTile(TileId { x: 99, .. }))
+    ));
+    let cursor = cached.level_cursor(0).unwrap();
+    assert_eq!((cursor.size(), cursor.level()), (SIZE, 0));
+    for pixel in [[SIZE[0], 0], [0, SIZE[1]], [u32::MAX; 2]] {
+        assert!(matches!(cursor.evaluate(pixel, 1.0), Err(Error::Caller(_))), "{pixel:?}");
+    }
+}
