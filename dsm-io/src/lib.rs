@@ -29,12 +29,13 @@ pub use attribute::Attribute;
 pub use cache::{CacheStatistics, CachedMap, CachedTile, LookupCursor, TileCache};
 pub use codec::{Block, Codec, EncodedTile};
 pub use convert::{
-    ConvertOptions, ImportReport, MapDifference, MapSource, WorstPixel, check_bound, compare,
-    convert,
+    ConvertOptions, ExportOptions, ExportReport, ImportReport, MapDifference, MapSource,
+    WorstPixel, check_bound, compare, convert, export_deep_exr,
 };
 pub use deep_exr::{
     Alpha, AlphaChannels, DeepExrError, DeepExrHeader, DeepExrReader, DeepRows, DeepSample,
-    ExrAttribute, ExrChannel, ExrChannelType, ExrLayout,
+    ExportCompression, ExportLayout, ExportSampleType, ExrAttribute, ExrChannel, ExrChannelType,
+    ExrLayout,
 };
 pub use error::{Error, Place, Result};
 pub use format::container::Container;

@@ -128,6 +128,7 @@ impl MapSource {
                     let kept = Attribute::new(type_name, attribute.value.clone());
                     metadata.attributes.insert(name, kept);
                 }
+                metadata.attributes.extend(picture_attributes(header));
                 Ok((metadata, report))
             }
         }
@@ -171,6 +172,24 @@ fn camera(header: &DeepExrHeader, report: &mut ImportReport) -> Option<ShadowCam
     let world_to_ndc = matrix(header.world_to_ndc);
     let known = world_to_camera.is_some() || world_to_ndc.is_some();
     known.then_some(ShadowCamera { world_to_camera, world_to_ndc })
+}
+
+/// What every image states and maps have no field for, where it says
+/// something: an image made from the map gets it back.
+fn picture_attributes(header: &DeepExrHeader) -> impl Iterator<Item = (String, Attribute)> {
+    let floats = |name: &str, type_name: &str, values: &[f32], default: &[f32]| {
+        let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<_>>();
+        (values != default).then(|| (name.to_owned(), Attribute::new(type_name, bytes)))
+    };
+    let name = header.part_name.as_deref().filter(|name| !name.is_empty());
+    [
+        name.map(|name| ("name".to_owned(), Attribute::string(name))),
+        floats("pixelAspectRatio", "float", &[header.pixel_aspect], &[1.0]),
+        floats("screenWindowCenter", "v2f", &header.screen_window_center, &[0.0; 2]),
+        floats("screenWindowWidth", "float", &[header.screen_window_width], &[1.0]),
+    ]
+    .into_iter()
+    .flatten()
 }
 
 fn is_openexr(path: &Path) -> Result<bool> {

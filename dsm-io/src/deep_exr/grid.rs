@@ -3,7 +3,7 @@
 /// The blocks (tiles, or scan lines over the whole width) of the largest
 /// level, which come first in the offset table, row by row.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct BlockGrid {
+pub(crate) struct BlockGrid {
     size: [u32; 2],
     block: [u32; 2],
     tiled: bool,
@@ -12,13 +12,13 @@ pub(super) struct BlockGrid {
 
 /// One block: its place in the grid, and the pixels it covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Block {
-    pub(super) column: u32,
-    pub(super) band: u32,
-    pub(super) x: u32,
-    pub(super) y: u32,
-    pub(super) width: u32,
-    pub(super) height: u32,
+pub(crate) struct Block {
+    pub(crate) column: u32,
+    pub(crate) band: u32,
+    pub(crate) x: u32,
+    pub(crate) y: u32,
+    pub(crate) width: u32,
+    pub(crate) height: u32,
 }
 
 impl Block {
@@ -51,12 +51,12 @@ impl BlockGrid {
     }
 
     /// Number of blocks side by side.
-    pub(super) fn columns(&self) -> u32 {
+    pub(crate) fn columns(&self) -> u32 {
         self.size[0].div_ceil(self.block[0])
     }
 
     /// Number of rows of blocks.
-    pub(super) fn bands(&self) -> u32 {
+    pub(crate) fn bands(&self) -> u32 {
         self.size[1].div_ceil(self.block[1])
     }
 
@@ -66,12 +66,12 @@ impl BlockGrid {
     }
 
     /// The pixel rows of a row of blocks.
-    pub(super) fn rows(&self, band: u32) -> std::ops::Range<u32> {
+    pub(crate) fn rows(&self, band: u32) -> std::ops::Range<u32> {
         let first = band * self.block[1];
         first..self.size[1].min(first + self.block[1])
     }
 
-    pub(super) fn block(&self, column: u32, band: u32) -> Block {
+    pub(crate) fn block(&self, column: u32, band: u32) -> Block {
         let x = column * self.block[0];
         let rows = self.rows(band);
         Block {

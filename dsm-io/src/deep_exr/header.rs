@@ -14,7 +14,7 @@ use super::{AlphaChannels, DeepExrError};
 use crate::Limits;
 
 /// Windows may not reach further (OpenEXR's own bound: sizes then fit i32).
-const FARTHEST_PIXEL: i32 = i32::MAX / 2;
+pub(super) const FARTHEST_PIXEL: i32 = i32::MAX / 2;
 
 /// How the pixels of a part are cut into chunks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -219,7 +219,7 @@ impl ReadablePart {
 
 /// Attributes that describe how the file is built, and those with a field of
 /// their own.
-const STRUCTURE: [&str; 14] = [
+pub(super) const STRUCTURE: [&str; 14] = [
     "channels",
     "chunkCount",
     "compression",

@@ -15,10 +15,13 @@ mod error;
 mod flat;
 mod grid;
 mod header;
+mod pack;
 mod part;
 mod read;
 mod rows;
 mod source;
+mod write;
+mod write_header;
 
 pub use channels::{AlphaChannels, ExrChannel, ExrChannelType};
 pub use error::DeepExrError;
@@ -26,3 +29,8 @@ pub use header::{DeepExrHeader, ExrLayout};
 pub use part::ExrAttribute;
 pub use read::DeepExrReader;
 pub use rows::{Alpha, DeepRows, DeepSample};
+pub use write_header::{ExportCompression, ExportLayout, ExportSampleType};
+
+pub(crate) use grid::Block;
+pub(crate) use write::{ChunkEncoder, DeepExrWriter, PackedChunk};
+pub(crate) use write_header::ExportHeader;

@@ -134,9 +134,32 @@ impl DeepRows {
         }
     }
 
-    pub(super) fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.offsets.truncate(1);
         self.resize(0);
+    }
+
+    /// Adds a sample to the pixel that [`Self::finish_pixel`] will end. A
+    /// mono column takes the first opacity.
+    pub(crate) fn push(&mut self, sample: DeepSample) {
+        self.z.push(sample.z);
+        if let Some(column) = &mut self.z_back {
+            column.push(sample.z_back);
+        }
+        match &mut self.alpha {
+            Alpha::Opaque => {}
+            Alpha::Mono(column) => column.push(sample.alpha[0]),
+            Alpha::Colour(columns) => {
+                columns.iter_mut().zip(sample.alpha).for_each(|(column, own)| column.push(own));
+            }
+        }
+    }
+
+    /// Ends a pixel; the next samples are another's. `None` if there are too
+    /// many samples to count.
+    pub(crate) fn finish_pixel(&mut self) -> Option<()> {
+        self.offsets.push(u32::try_from(self.z.len()).ok()?);
+        Some(())
     }
 
     /// Gives every column `samples` entries; new opacities are 1.

@@ -22,7 +22,7 @@ impl OutputFile for File {
 
 /// Collects bytes in a temporary file beside `path`; only [`Self::commit`]
 /// puts it there. Dropped before, it leaves no trace.
-pub(super) struct AtomicFile {
+pub(crate) struct AtomicFile {
     file: BufWriter<NamedTempFile<Box<dyn OutputFile>>>,
     path: PathBuf,
     length: u64,
@@ -32,7 +32,7 @@ const BUFFER_BYTES: usize = 1 << 18;
 
 impl AtomicFile {
     /// Starts a file that will replace `path`, which may not exist yet.
-    pub(super) fn create(path: &Path) -> Result<Self> {
+    pub(crate) fn create(path: &Path) -> Result<Self> {
         Self::create_with(path, |file| Box::new(file))
     }
 
@@ -70,17 +70,17 @@ impl AtomicFile {
     }
 
     /// The path that the file will have.
-    pub(super) fn path(&self) -> &Path {
+    pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
     /// Number of bytes written.
-    pub(super) const fn length(&self) -> u64 {
+    pub(crate) const fn length(&self) -> u64 {
         self.length
     }
 
     /// Appends bytes.
-    pub(super) fn append(&mut self, bytes: &[u8]) -> Result<()> {
+    pub(crate) fn append(&mut self, bytes: &[u8]) -> Result<()> {
         self.file.write_all(bytes).map_err(Error::io("write"))?;
         self.length += bytes.len() as u64;
         Ok(())
@@ -88,7 +88,7 @@ impl AtomicFile {
 
     /// Overwrites the file's first bytes with `start` and puts the file in
     /// its place, safe on the disk.
-    pub(super) fn commit(mut self, start: &[u8]) -> Result<()> {
+    pub(crate) fn commit(mut self, start: &[u8]) -> Result<()> {
         self.file.seek(SeekFrom::Start(0)).map_err(Error::io("write"))?;
         self.file.write_all(start).map_err(Error::io("write"))?;
         let mut temporary =

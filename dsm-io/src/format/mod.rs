@@ -4,7 +4,7 @@
 //! container knows sections, levels and tiles, not what a tile means: that is
 //! its codec's business, and the metadata's kind names who knows it.
 
-mod atomic_file;
+pub(crate) mod atomic_file;
 pub(crate) mod container;
 pub(crate) mod directory;
 mod extent;

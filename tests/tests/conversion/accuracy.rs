@@ -14,7 +14,7 @@ fn opacity_at(z_front: f64, z_back: f64, alpha: f64, z: f64) -> f64 {
     if alpha == 1.0 { f64::from(share > 0.0) } else { 1.0 - (1.0 - alpha).powf(share) }
 }
 
-fn transmittance(rows: &DeepRows, pixel: usize, channel: usize, z: f32) -> f64 {
+pub(super) fn transmittance(rows: &DeepRows, pixel: usize, channel: usize, z: f32) -> f64 {
     rows.pixel(pixel)
         .map(|index| {
             let sample = rows.sample(index);

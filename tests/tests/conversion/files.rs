@@ -88,7 +88,10 @@ fn windows_cameras_and_attributes_are_kept() {
         let metadata = map.metadata();
         assert_eq!(metadata.info.data_window, Some(header.data_window));
         assert_eq!(metadata.info.display_window, Some(header.display_window));
-        assert_eq!(metadata.attributes.len(), header.attributes.len());
+        let part_name = metadata.attributes.get("name").and_then(Attribute::as_text);
+        assert_eq!(part_name, header.part_name.as_deref());
+        let named = usize::from(part_name.is_some());
+        assert_eq!(metadata.attributes.len(), header.attributes.len() + named);
         for attribute in &header.attributes {
             let kept = &metadata.attributes[&*attribute.name_text()];
             assert_eq!(kept.type_name().as_bytes(), attribute.type_name);

@@ -5,6 +5,8 @@
 
 mod accuracy;
 mod bound;
+mod export;
+mod export_bound;
 mod files;
 
 use std::path::{Path, PathBuf};

@@ -1,0 +1,233 @@
+//! From a map to a deep OpenEXR, a row of tiles at a time.
+
+use std::path::Path;
+
+use dsm_core::{PixelLists, Rgb, Tolerance, Transmittance};
+use rayon::prelude::*;
+
+use super::MapSource;
+use super::function_samples::FunctionSampler;
+use super::rows::SourceRows;
+use crate::deep_exr::{
+    Block, ChunkEncoder, DeepExrWriter, ExportCompression, ExportHeader, ExportLayout,
+    ExportSampleType, PackedChunk,
+};
+use crate::{Error, Result};
+
+/// How a map is written as a deep OpenEXR.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExportOptions {
+    /// Scan lines or tiles.
+    pub layout: ExportLayout,
+    /// How opacities are stored.
+    pub sample_type: ExportSampleType,
+    /// How chunks are compressed.
+    pub compression: ExportCompression,
+    /// How far volumes may be off the ramps that they stand for, at least
+    /// [`Self::LEAST_ERROR`]. Default 1e-5.
+    pub error: Tolerance,
+    /// Whether the file says in `deepImageState` that its samples are tidy,
+    /// which they are. Not the default: several versions of the official
+    /// Python client refuse files with that attribute.
+    pub deep_image_state: bool,
+}
+
+impl ExportOptions {
+    /// The smallest error that can be asked for: a few roundings of 32-bit
+    /// opacities.
+    pub const LEAST_ERROR: f32 = 1e-6;
+
+    /// The error when none is asked for.
+    pub const DEFAULT_ERROR: f32 = 1e-5;
+}
+
+impl Default for ExportOptions {
+    fn default() -> Self {
+        Self {
+            layout: ExportLayout::default(),
+            sample_type: ExportSampleType::default(),
+            compression: ExportCompression::default(),
+            error: Tolerance::new(Self::DEFAULT_ERROR).unwrap_or_default(),
+            deep_image_state: false,
+        }
+    }
+}
+
+/// What an export wrote.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct ExportReport {
+    /// Samples in the file.
+    pub samples: u64,
+    /// Samples of the fullest pixel.
+    pub max_samples: u32,
+    /// The largest difference, at any depth and on both sides of steps,
+    /// between the light that the written samples let through and the map.
+    /// With 32-bit opacities at most the error that was asked for; 16-bit
+    /// ones may take it to 2⁻¹¹.
+    pub achieved: f64,
+    /// What the file can be off by in all: the tolerance that the map states,
+    /// and the error that was asked for or, if larger, achieved.
+    pub total: f64,
+    /// Names of attributes of the map that the file does not have:
+    /// `deepImageState`, and those that no OpenEXR can hold.
+    pub left_out: Vec<String>,
+}
+
+/// Writes level 0 of a map as a deep OpenEXR at `output`. `progress` is told
+/// how many rows are done.
+///
+/// A step becomes a point sample, a ramp a volume; the exponential of a volume
+/// is not straight, so that a ramp is cut into as many as keep within the
+/// error of `options`. What ends at 0 ends in an opaque point: nothing leaks.
+/// Coloured maps have one opacity a colour in `AR`, `AG`, `AB`, and their mean
+/// in `A`. The map's windows, camera and attributes are in the file's header.
+/// Samples are sorted and don't overlap.
+///
+/// Memory is bounded by one row of tiles; its pixels are done in parallel, on
+/// the current rayon pool. The same input gives the same bytes whatever the
+/// number of threads. On an error `output` is what it was before.
+///
+/// ```no_run
+/// use dsm_io::{ExportOptions, Limits, MapSource, export_deep_exr};
+///
+/// let mut map = MapSource::open("shadow.dsm".as_ref(), None, &Limits::default())?;
+/// let options = ExportOptions::default();
+/// let report = export_deep_exr(&mut map, "shadow.exr".as_ref(), &options, |_| ())?;
+/// println!("{} samples, off by {} at most", report.samples, report.total);
+/// # Ok::<(), dsm_io::Error>(())
+/// ```
+///
+/// # Errors
+///
+/// [`Error::Caller`] if the source is an image, or an option is out of range;
+/// whatever is wrong with the map, or keeps the output from being written.
+pub fn export_deep_exr(
+    source: &mut MapSource,
+    output: &Path,
+    options: &ExportOptions,
+    progress: impl FnMut(u32),
+) -> Result<ExportReport> {
+    let MapSource::Map(map) = &*source else {
+        return Err(Error::caller(
+            "an image can't be written as an image: make a .dsm of it first",
+        ));
+    };
+    if options.error.epsilon() < ExportOptions::LEAST_ERROR {
+        return Err(Error::caller(format!(
+            "the error of an OpenEXR must be at least {:e}",
+            ExportOptions::LEAST_ERROR
+        )));
+    }
+    let metadata = map.metadata();
+    let tolerance = f64::from(metadata.info.tolerance.epsilon());
+    let header = ExportHeader::new(
+        metadata,
+        options.layout,
+        options.sample_type,
+        options.compression,
+        options.deep_image_state,
+    )
+    .map_err(|error| error.in_file(Some(output)))?;
+    // Whole rows of the map's tiles where the image has none: no tile is
+    // decoded twice.
+    let bands = match options.layout {
+        ExportLayout::ScanLines => map.levels()[0].tile_height,
+        ExportLayout::Tiles { .. } => 1,
+    };
+    let export = Export { header: &header, options, bands };
+    let (samples, max_samples, achieved) = if metadata.channels == 1 {
+        export.run::<f32>(source, output, progress)
+    } else {
+        export.run::<Rgb>(source, output, progress)
+    }?;
+    Ok(ExportReport {
+        samples,
+        max_samples,
+        achieved,
+        total: tolerance + achieved.max(options.error.epsilon().into()),
+        left_out: header.left_out().to_vec(),
+    })
+}
+
+struct Export<'a> {
+    header: &'a ExportHeader,
+    options: &'a ExportOptions,
+    /// How many rows of blocks are done at once.
+    bands: u32,
+}
+
+/// A chunk, and what went into it.
+struct Chunk {
+    block: Block,
+    packed: PackedChunk,
+    samples: u64,
+    worst: f64,
+}
+
+impl Export<'_> {
+    /// Writes the file; the number of samples, those of the fullest pixel, and
+    /// the largest difference.
+    fn run<T: Transmittance>(
+        &self,
+        source: &mut MapSource,
+        output: &Path,
+        mut progress: impl FnMut(u32),
+    ) -> Result<(u64, u32, f64)> {
+        let grid = self.header.grid();
+        let mut writer = DeepExrWriter::create(output, self.header)?;
+        let (mut samples, mut worst) = (0, 0.0_f64);
+        let mut first = 0;
+        while first < grid.bands() {
+            let end = first.saturating_add(self.bands).min(grid.bands());
+            let rows = grid.rows(first).start..grid.rows(end - 1).end;
+            let SourceRows::Stored(functions) = source.read_rows::<T>(rows.clone())? else {
+                return Err(Error::caller("the source has samples, not functions"));
+            };
+            let blocks: Vec<Block> = (first..end)
+                .flat_map(|band| (0..grid.columns()).map(move |column| grid.block(column, band)))
+                .collect();
+            let chunks = blocks
+                .into_par_iter()
+                .map_init(
+                    || ChunkEncoder::new(self.options.sample_type, self.options.compression),
+                    |encoder, block| self.chunk(encoder, &functions, rows.start, block),
+                )
+                .collect::<Result<Vec<_>>>()?;
+            for chunk in &chunks {
+                writer.write(&chunk.block, &chunk.packed)?;
+                samples += chunk.samples;
+                worst = worst.max(chunk.worst);
+            }
+            progress(rows.end);
+            first = end;
+        }
+        Ok((samples, writer.finish()?, worst))
+    }
+
+    /// The chunk of a block, from functions that begin with row `top`.
+    fn chunk<T: Transmittance>(
+        &self,
+        encoder: &mut ChunkEncoder,
+        functions: &PixelLists<T>,
+        top: u32,
+        block: Block,
+    ) -> Result<Chunk> {
+        let error = f64::from(self.options.error.epsilon());
+        let mut sampler = FunctionSampler::<T>::new(self.options.sample_type, error);
+        let too_many = || Error::caller("the pixels of a chunk have more than 2^32 samples");
+        let mut rows = self.header.rows(block.width).ok_or_else(too_many)?;
+        for y in block.y..block.y + block.height {
+            for x in block.x..block.x + block.width {
+                sampler.append(functions.view().pixel(x, y - top), &mut rows);
+                rows.finish_pixel().ok_or_else(too_many)?;
+            }
+        }
+        Ok(Chunk {
+            block,
+            packed: encoder.encode(self.header, &rows)?,
+            samples: rows.sample_count() as u64,
+            worst: sampler.worst(),
+        })
+    }
+}
