@@ -7,8 +7,10 @@ use dsm_core::{SumVertex, Transmittance, Vertex, VisibilityView};
 use super::exponential::{keeps_to_chord, largest_difference, longest_fall};
 use crate::deep_exr::{DeepRows, DeepSample, ExportSampleType};
 
-/// What rounding to 32-bit opacities may add to the error of ramps.
+/// What rounding to 32-bit, and to 16-bit, opacities may add to the error of
+/// ramps.
 const ROUNDING: f64 = 1.2e-7;
+const HALF_ROUNDING: f64 = 1.0 / 2048.0;
 
 /// Turns visibility functions into samples.
 ///
@@ -31,7 +33,11 @@ pub(super) struct FunctionSampler<T: Transmittance> {
 impl<T: Transmittance> FunctionSampler<T> {
     /// Samples of this type, volumes within `error` of ramps.
     pub(super) fn new(sample_type: ExportSampleType, error: f64) -> Self {
-        let error = error - ROUNDING;
+        let rounding = match sample_type {
+            ExportSampleType::Float => ROUNDING,
+            ExportSampleType::Half => HALF_ROUNDING.min(error / 2.0),
+        };
+        let error = error - rounding;
         Self { sample_type, error, left: [1.0; 3], worst: 0.0, channels: PhantomData }
     }
 

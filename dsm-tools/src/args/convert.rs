@@ -5,11 +5,15 @@ use std::path::PathBuf;
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, ValueEnum};
 use dsm_core::Tolerance;
-use dsm_io::{Block, WriteOptions};
+use dsm_io::{
+    Block, ConvertOptions, ExportCompression, ExportLayout, ExportOptions, ExportSampleType,
+    WriteOptions,
+};
 
 use super::values::{self, Effort};
 
-/// Makes a map from a deep image, a flat depth image or another map
+/// Makes a map from a deep image, a flat depth image or another map; or a
+/// deep image from a map
 ///
 /// Prints what had to be clamped, dropped or assumed.
 #[derive(Debug, Args)]
@@ -18,24 +22,35 @@ pub(crate) struct ConvertFlags {
     /// tells which
     #[arg(value_name = "IN")]
     input: PathBuf,
-    /// The map to write, .dsm
+    /// The map (.dsm) or, if IN is one, the deep image (.exr) to write
     #[arg(value_name = "OUT", value_parser = values::map_file())]
     output: PathBuf,
-    /// How far the light may be off at any depth, in [0, 1); 0 copies.
+    /// How far the light may be off at any depth, in [0, 1); 0 copies
+    /// [default: 0; of an .exr 1e-5, at least 1e-6].
     /// Of a .dsm this is added to what it states already
-    #[arg(long, value_name = "E", default_value = "0", allow_negative_numbers = true)]
+    #[arg(long, value_name = "E", allow_negative_numbers = true)]
     #[arg(value_parser = values::tolerance)]
-    tolerance: Tolerance,
-    /// How tiles are packed
-    #[arg(long, value_enum, default_value_t = BlockName::Zstd)]
-    block: BlockName,
-    /// Width and height of tiles, in pixels
-    #[arg(long, value_name = "N", default_value_t = 64)]
+    tolerance: Option<Tolerance>,
+    /// How the tiles of a .dsm are packed [default: zstd]
+    #[arg(long, value_enum)]
+    block: Option<BlockName>,
+    /// Width and height of tiles, in pixels [default: 64]
+    #[arg(long, value_name = "N")]
     #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(1..=4096))]
-    tile: u32,
+    tile: Option<u32>,
     /// The part of an .exr to read [default: the first deep one]
     #[arg(long, value_name = "NAME")]
     part: Option<String>,
+    /// How the pixels of an .exr are stored [default: scanline]
+    #[arg(long, value_enum)]
+    exr_layout: Option<LayoutName>,
+    /// How the opacities of an .exr are stored; half rounds them to 11 bits
+    /// [default: float]
+    #[arg(long, value_enum)]
+    exr_type: Option<TypeName>,
+    /// How an .exr is compressed [default: zips]
+    #[arg(long, value_enum)]
+    exr_compression: Option<CompressionName>,
     #[command(flatten)]
     effort: Effort,
     /// Show no progress, and print nothing
@@ -49,26 +64,109 @@ enum BlockName {
     Zstd,
 }
 
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum LayoutName {
+    Scanline,
+    Tiled,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum TypeName {
+    Float,
+    Half,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum CompressionName {
+    Zips,
+    Rle,
+    None,
+}
+
 /// What `convert` was asked.
 #[derive(Debug)]
 pub(crate) struct Convert {
     pub(crate) input: PathBuf,
     pub(crate) output: PathBuf,
-    pub(crate) tolerance: Tolerance,
-    pub(crate) write: WriteOptions,
+    pub(crate) target: ConvertTarget,
     pub(crate) part: Option<String>,
     pub(crate) effort: Effort,
     pub(crate) quiet: bool,
 }
 
-impl From<ConvertFlags> for Convert {
-    fn from(flags: ConvertFlags) -> Self {
-        let ConvertFlags { input, output, tolerance, block, tile, part, effort, quiet } = flags;
-        let block = match block {
-            BlockName::None => Block::Plain,
-            BlockName::Zstd => Block::Zstd,
+/// What to write; the name of the output decides.
+#[derive(Debug)]
+pub(crate) enum ConvertTarget {
+    Map(ConvertOptions),
+    Image(ExportOptions),
+}
+
+const DEFAULT_TILE: u32 = 64;
+
+impl ConvertFlags {
+    fn map(&self) -> Result<ConvertOptions, String> {
+        let refused = [
+            ("--exr-layout", self.exr_layout.is_some()),
+            ("--exr-type", self.exr_type.is_some()),
+            ("--exr-compression", self.exr_compression.is_some()),
+        ];
+        if let Some((switch, _)) = refused.iter().find(|(_, is_given)| *is_given) {
+            return Err(format!("{switch} is for .exr outputs"));
+        }
+        let block = match self.block {
+            Some(BlockName::None) => Block::Plain,
+            Some(BlockName::Zstd) | None => Block::Zstd,
         };
+        let tile = self.tile.unwrap_or(DEFAULT_TILE);
         let write = WriteOptions::default().with_tile_size(tile).with_block(block);
-        Self { input, output, tolerance, write, part, effort, quiet }
+        Ok(ConvertOptions { tolerance: self.tolerance.unwrap_or_default(), write })
+    }
+
+    fn image(&self) -> Result<ExportOptions, String> {
+        if self.block.is_some() {
+            return Err("--block is for .dsm outputs".to_owned());
+        }
+        let is_tiled = self.exr_layout == Some(LayoutName::Tiled);
+        if self.tile.is_some() && !is_tiled {
+            return Err("--tile of an .exr needs --exr-layout tiled".to_owned());
+        }
+        let defaults = ExportOptions::default();
+        let error = self.tolerance.unwrap_or(defaults.error);
+        if error.epsilon() < ExportOptions::LEAST_ERROR {
+            let least = ExportOptions::LEAST_ERROR;
+            return Err(format!("--tolerance of an .exr must be at least {least:e}"));
+        }
+        Ok(ExportOptions {
+            layout: if is_tiled {
+                ExportLayout::Tiles { size: self.tile.unwrap_or(DEFAULT_TILE) }
+            } else {
+                ExportLayout::ScanLines
+            },
+            sample_type: match self.exr_type {
+                Some(TypeName::Half) => ExportSampleType::Half,
+                Some(TypeName::Float) | None => ExportSampleType::Float,
+            },
+            compression: match self.exr_compression {
+                Some(CompressionName::Rle) => ExportCompression::Rle,
+                Some(CompressionName::None) => ExportCompression::None,
+                Some(CompressionName::Zips) | None => ExportCompression::Zips,
+            },
+            error,
+            ..defaults
+        })
+    }
+}
+
+impl TryFrom<ConvertFlags> for Convert {
+    type Error = String;
+
+    fn try_from(flags: ConvertFlags) -> Result<Self, String> {
+        let target = if values::is_exr(&flags.output) {
+            ConvertTarget::Image(flags.image()?)
+        } else {
+            ConvertTarget::Map(flags.map()?)
+        };
+        let ConvertFlags { input, output, part, effort, quiet, .. } = flags;
+        Ok(Self { input, output, target, part, effort, quiet })
     }
 }

@@ -6,7 +6,7 @@ mod lookup;
 mod values;
 mod verify;
 
-pub(crate) use convert::Convert;
+pub(crate) use convert::{Convert, ConvertTarget};
 pub(crate) use inspect::{Inspect, SliceFile};
 pub(crate) use lookup::{Lookup, Space};
 pub(crate) use values::ImageFormat;
@@ -45,7 +45,9 @@ impl Request {
     /// Reads the command line.
     pub(crate) fn parse() -> Result<Self, clap::Error> {
         Ok(match Arguments::try_parse()?.command {
-            Command::Convert(flags) => Self::Convert(flags.into()),
+            Command::Convert(flags) => {
+                Self::Convert(flags.try_into().map_err(|error| wrong("convert", error))?)
+            }
             Command::Inspect(flags) => Self::Inspect(flags.into()),
             Command::Lookup(flags) => {
                 Self::Lookup(flags.try_into().map_err(|error| wrong("lookup", error))?)

@@ -63,8 +63,13 @@ pub(super) fn image_file(kinds: [ImageFormat; 2]) -> impl TypedValueParser<Value
 pub(super) fn map_file() -> impl TypedValueParser<Value = PathBuf> {
     PathBufValueParser::new().try_map(|path| match extension(&path).as_deref() {
         Some("dsm" | "exr") => Ok(path),
-        _ => Err("the name must end in .dsm"),
+        _ => Err("the name must end in .dsm or .exr"),
     })
+}
+
+/// Whether the name is that of an OpenEXR.
+pub(super) fn is_exr(path: &Path) -> bool {
+    extension(path).as_deref() == Some("exr")
 }
 
 /// A number that is not NaN or infinite.

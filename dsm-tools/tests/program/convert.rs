@@ -176,11 +176,12 @@ fn a_failure_leaves_what_was_there() {
 }
 
 #[test]
-fn outputs_are_maps() {
+fn outputs_are_maps_or_images() {
     let folder = Folder::new();
     let answer = run!("convert", image(), folder.path("out.exr"));
-    assert!(answer.refusal().ends_with("out.exr: writing .exr is not supported yet"), "{answer:?}");
-    run!("convert", "a.exr", "a.tif").is_wrong_usage(".dsm");
+    assert!(answer.refusal().ends_with("make a .dsm of it first"), "{answer:?}");
+    assert!(!folder.path("out.exr").exists());
+    run!("convert", "a.exr", "a.tif").is_wrong_usage(".dsm or .exr");
     run!("convert", "a.exr").is_wrong_usage("OUT");
     for (switch, value) in [
         ("--tolerance", "1"),
@@ -188,10 +189,62 @@ fn outputs_are_maps() {
         ("--tile", "0"),
         ("--tile", "5000"),
         ("--block", "gzip"),
+        ("--exr-layout", "scanline"),
+        ("--exr-type", "float"),
+        ("--exr-compression", "none"),
     ] {
         run!("convert", "a.exr", "a.dsm", switch, value).is_wrong_usage(switch);
     }
-    for switch in ["--codec", "--method", "--side", "--target-size", "--exr-type"] {
+    for (switch, value) in [
+        ("--tolerance", "0.0000005"),
+        ("--tile", "16"),
+        ("--block", "zstd"),
+        ("--exr-layout", "rows"),
+        ("--exr-type", "uint"),
+        ("--exr-compression", "zip"),
+    ] {
+        run!("convert", "a.dsm", "a.EXR", switch, value).is_wrong_usage(switch);
+    }
+    for switch in ["--codec", "--method", "--side", "--target-size"] {
         run!("convert", "a.exr", "a.dsm", switch, "exact").is_wrong_usage(switch);
     }
+}
+
+#[test]
+fn maps_become_images_that_let_the_same_light_through() {
+    let folder = Folder::new();
+    let (map, out) = (folder.path("map.dsm"), folder.path("out.exr"));
+    run!("convert", image(), map).stdout();
+    let told = run!("convert", map, out).stdout();
+    assert!(told.starts_with(&format!("{}: 48 × 48 pixels, mono, ", out.display())), "{told}");
+    assert!(told.contains(" samples, at most ") && told.contains("1e-5 allowed"), "{told}");
+    run!("verify", map, "--against", out).stdout();
+    let mut sizes = Vec::new();
+    for switches in [
+        ["--exr-layout", "tiled", "--tile", "16", "--exr-compression", "none"],
+        ["--exr-layout", "scanline", "--exr-type", "float", "--exr-compression", "rle"],
+        ["--exr-layout", "scanline", "--exr-type", "half", "--exr-compression", "zips"],
+    ] {
+        let arguments = [map.as_os_str(), out.as_os_str()].map(ToOwned::to_owned);
+        let switches = switches.map(Into::into);
+        let all = ["convert".into()].into_iter().chain(arguments).chain(switches);
+        let told = run::run(all.collect::<Vec<std::ffi::OsString>>()).stdout();
+        assert!(told.contains(" samples, at most "), "{told}");
+        sizes.push(out.metadata().unwrap().len());
+    }
+    assert!(sizes[0] > sizes[1] && sizes[1] > sizes[2], "{sizes:?}");
+    assert_eq!(run!("convert", map, out, "--quiet").stdout(), "");
+}
+
+#[test]
+fn half_opacities_say_how_far_they_are_off() {
+    let folder = Folder::new();
+    let (map, out) = (folder.path("map.dsm"), folder.path("out.exr"));
+    run!("convert", image(), map, "--tolerance", "0.01").stdout();
+    let told = run!("convert", map, out, "--exr-type", "half").stdout();
+    assert!(told.contains("\n  more than allowed: half opacities are too coarse"), "{told}");
+    let told = run!("convert", map, out, "--exr-type", "half", "--tolerance", "0.001").stdout();
+    assert!(!told.contains("more than allowed"), "{told}");
+    let stated = description(&map)["tolerance"].as_f64().unwrap();
+    assert!(told.contains(&format!("; {:.6} in all", stated + 0.001)), "{told}");
 }

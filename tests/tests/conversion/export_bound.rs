@@ -247,6 +247,8 @@ fn a_ramp_from_1_to_0_keeps_its_bound_in_few_samples() {
             };
             let folder = tempfile::tempdir().unwrap();
             let (report, _) = export(&pixels, &options, folder.path());
+            // Half opacities leave ramps half of a small error.
+            let most = if sample_type == ExportSampleType::Half { 3 * most / 2 } else { most };
             assert!((2..most).contains(&report.max_samples), "{epsilon}: {report:?}");
             check(&pixels, &options);
         }
