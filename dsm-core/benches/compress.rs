@@ -25,13 +25,16 @@ fn uniform(index: u32) -> f64 {
     f64::from((bits ^ (bits >> 16)) >> 8) / f64::from(1 << 24)
 }
 
-/// The depths of `EVENTS` hits of one function, sorted, each with the ray
-/// that has it.
+/// The depths of `EVENTS` hits of one function, ascending and all different,
+/// each with the ray that has it.
 fn hits(function: u32) -> Vec<(f32, usize)> {
     let mut hits: Vec<_> = (0..EVENTS)
         .map(|hit| (1.0 + uniform(function * 1000 + hit) as f32, hit as usize % 16))
         .collect();
     hits.sort_by(|a, b| a.0.total_cmp(&b.0));
+    for hit in 1..hits.len() {
+        hits[hit].0 = hits[hit].0.max(hits[hit - 1].0.next_up());
+    }
     hits
 }
 
