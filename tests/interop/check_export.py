@@ -21,7 +21,7 @@ from tool import Failed, Tool
 LAYOUTS, TYPES, COMPRESSIONS = ("scanline", "tiled"), ("float", "half"), ("zips", "rle", "none")
 
 # Depths are kept whole; the alphas of a product round, in half to 11 bits.
-ALLOWED = {"float": 2e-6, "half": 2e-3}
+ALLOWED = {"float": 1e-6, "half": 2e-3}
 
 REAL = ("colour_only_AR_AG_AB_scan_zips", "oiio_deepalpha", "oiio_deep-nosamples", "openexr_multivariate.deep")
 REAL += ("vol_tidy_scan_zips_float", "vol_tidy_tile_zips_half")
@@ -95,9 +95,6 @@ def main():
     parser.add_argument("--sample", type=Path, action="append", default=[], help="one more image")
     arguments = parser.parse_args()
     tool = Tool(arguments.tools)
-    if not tool.offers("convert", "--exr-layout"):
-        print("SKIPPED: this program's convert does not write OpenEXR")
-        return
     sources = [(path, True) for path in arguments.sample]
     if arguments.generated:
         sources += [(arguments.generated / f"{stem}.exr", True) for stem in GENERATED]
