@@ -54,20 +54,22 @@ fn receivers() -> Vec<Receiver> {
         .collect()
 }
 
-/// Box lookups equal the plain mean of the pixels they cover.
-fn check(map: &DeepMap<f32>, receivers: &[Receiver], width: u32) {
-    let footprint = footprint(FilterShape::Box, width);
+/// Lookups equal the weighted mean of all pixels around them.
+fn check(map: &DeepMap<f32>, receivers: &[Receiver], shape: FilterShape, width: u32) {
+    let filter = Filter::new(shape, width as f32).expect("wide enough");
     for receiver in receivers.iter().step_by(97) {
-        let [x, y] = receiver.position.map(|at| (at - width as f32 / 2.0 + 0.5).floor() as u32);
-        let mut sum = 0.0;
-        for row in y..y + width {
-            for column in x..x + width {
-                let Ok(value) = map.evaluate([column, row], receiver.depth);
-                sum += f64::from(value);
-            }
+        let [x, y] = receiver.position;
+        let around = |at: f32| at as u32 - width..at as u32 + width;
+        let (mut sum, mut total) = (0.0, 0.0);
+        for (row, column) in around(y).flat_map(|row| around(x).map(move |column| (row, column))) {
+            let offset = |pixel: u32, at: f32| f64::from(pixel) + 0.5 - f64::from(at);
+            let weight = filter.weight(offset(column, x), offset(row, y));
+            let Ok(value) = map.evaluate([column, row], receiver.depth);
+            sum += weight * f64::from(value);
+            total += weight;
         }
-        let Ok(found) = filtered_lookup(map, receiver, &footprint);
-        let mean = sum / f64::from(width * width);
+        let Ok(found) = filtered_lookup(map, receiver, &Footprint::Isotropic(filter));
+        let mean = sum / total;
         assert!((f64::from(found) - mean).abs() < 1e-6, "{found} is not {mean}");
     }
 }
@@ -91,17 +93,18 @@ fn run(bencher: divan::Bencher, footprint: &Footprint) {
 
 #[divan::bench]
 fn point(bencher: divan::Bencher) {
-    check(&map(), &receivers(), 1);
+    check(&map(), &receivers(), FilterShape::Box, 1);
     run(bencher, &Footprint::Point);
 }
 
 #[divan::bench(args = [3, 5])]
 fn box_filter(bencher: divan::Bencher, width: u32) {
-    check(&map(), &receivers(), width);
+    check(&map(), &receivers(), FilterShape::Box, width);
     run(bencher, &footprint(FilterShape::Box, width));
 }
 
 #[divan::bench(args = [4])]
 fn gaussian(bencher: divan::Bencher, width: u32) {
+    check(&map(), &receivers(), FilterShape::Gaussian, width);
     run(bencher, &footprint(FilterShape::Gaussian, width));
 }
