@@ -79,18 +79,41 @@ impl ShadowCamera {
     /// [`Error::Camera`] if a matrix is unknown or the two don't make a
     /// projection.
     pub fn distance_per_depth(&self, x: f64, y: f64) -> Result<f64> {
-        let (camera, ndc) = self.matrices()?;
-        let projection = ndc * camera.inverse();
-        let [row_x, row_y, row_w] = [0, 1, 3].map(|row| projection.row(row));
-        let (plane_x, plane_y) = (row_x - row_w * x, row_y - row_w * y);
-        // The ray is where both planes meet: their normals' cross product.
-        let direction = plane_x.truncate().cross(plane_y.truncate());
-        let factor = direction.length() / direction.z.abs();
+        let factor = RayDirections::new(self)?.distance_per_depth(x, y);
         if factor.is_finite() {
-            Ok(factor.max(1.0))
+            Ok(factor)
         } else {
             Err(Error::Camera("the matrices do not make a projection"))
         }
+    }
+}
+
+/// Where a camera's rays go: what [`ShadowCamera::distance_per_depth`] needs of
+/// its matrices, for many rays.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RayDirections {
+    /// Of the projection from camera space: its rows for x, y and w, without
+    /// the last column.
+    rows: [DVec3; 3],
+}
+
+impl RayDirections {
+    /// The rays of `camera`.
+    pub(crate) fn new(camera: &ShadowCamera) -> Result<Self> {
+        let (camera, ndc) = camera.matrices()?;
+        let projection = ndc * camera.inverse();
+        Ok(Self { rows: [0, 1, 3].map(|row| projection.row(row).truncate()) })
+    }
+
+    /// The distance along the ray through NDC point (`x`, `y`) per unit of
+    /// depth, at least 1; not finite if the matrices don't make a projection.
+    pub(crate) fn distance_per_depth(&self, x: f64, y: f64) -> f64 {
+        let [row_x, row_y, row_w] = self.rows;
+        // The ray is where the planes of its x and its y meet: their normals'
+        // cross product.
+        let direction = (row_x - row_w * x).cross(row_y - row_w * y);
+        let factor = direction.length() / direction.z.abs();
+        if factor < 1.0 { 1.0 } else { factor }
     }
 }
 

@@ -51,6 +51,25 @@ pub enum Error {
         /// How many there may be.
         limit: u64,
     },
+    /// A setting of a bake that cannot be met.
+    #[error("{setting}: {reason}")]
+    Setting {
+        /// The setting.
+        setting: &'static str,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// A hit of a sample that nobody asked for, or columns of hits that do not
+    /// fit together.
+    #[error("hits of sample {sample} of {samples}: {reason}")]
+    Sample {
+        /// Index of the sample.
+        sample: u32,
+        /// How many samples were asked for.
+        samples: u32,
+        /// What is wrong.
+        reason: &'static str,
+    },
     /// A camera that cannot do what is asked of it.
     #[error("camera: {0}")]
     Camera(&'static str),

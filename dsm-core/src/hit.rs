@@ -73,13 +73,8 @@ impl<T: Transmittance> RayHits<T> {
     /// [`Error::Hit`] for a depth that is not finite or negative, or an
     /// opacity outside [0, 1].
     pub fn push_surface(&mut self, hit: SurfaceHit<T>) -> Result<()> {
-        let hit = SurfaceHit { depth: check_depth(hit.depth)?, ..hit };
-        if (0..T::CHANNELS).all(|channel| (0.0..=1.0).contains(&hit.opacity.channel(channel))) {
-            self.surfaces.push(hit);
-            Ok(())
-        } else {
-            Err(Error::Hit { depth: hit.depth, reason: "opacity must lie in [0, 1]" })
-        }
+        self.surfaces.push(hit.checked()?);
+        Ok(())
     }
 
     /// Adds a medium sampled along the ray, front to back. Two samples at one
@@ -97,37 +92,7 @@ impl<T: Transmittance> RayHits<T> {
         samples: &[VolumeSample<T>],
         distance_per_depth: f64,
     ) -> Result<()> {
-        let refuse = |depth, reason| Err(Error::Hit { depth, reason });
-        if !(1.0..f64::INFINITY).contains(&distance_per_depth) {
-            let depth = samples.first().map_or(0.0, |sample| sample.depth);
-            return refuse(depth, "the distance per depth must be finite and at least 1");
-        }
-        let per_depth = |sample: &VolumeSample<T>| {
-            T::sum_from_channels(|channel| {
-                f64::from(sample.extinction.channel(channel)) * distance_per_depth
-            })
-        };
-        for sample in samples {
-            check_depth(sample.depth)?;
-            let valid = |value: f32| (0.0..f32::INFINITY).contains(&value);
-            if !(0..T::CHANNELS).all(|channel| valid(sample.extinction.channel(channel))) {
-                return refuse(sample.depth, "extinction must be finite and at least 0");
-            }
-            if per_depth(sample).as_ref().contains(&f64::INFINITY) {
-                return refuse(sample.depth, "extinction per depth must be finite");
-            }
-        }
-        if let Some(back) = samples.windows(2).find(|pair| pair[0].depth > pair[1].depth) {
-            return refuse(back[1].depth, "volume samples must go front to back");
-        }
-        self.segments.extend(samples.windows(2).filter(|pair| pair[0].depth < pair[1].depth).map(
-            |pair| VolumeSegment {
-                near: pair[0].depth + 0.0,
-                far: pair[1].depth,
-                near_extinction: per_depth(&pair[0]),
-                far_extinction: per_depth(&pair[1]),
-            },
-        ));
+        self.segments.extend(medium(samples, distance_per_depth)?);
         Ok(())
     }
 
@@ -141,29 +106,9 @@ impl<T: Transmittance> RayHits<T> {
     /// [`Error::Hit`] for depths that are not finite, negative or not in
     /// order, or an opacity outside [0, 1].
     pub fn push_slab(&mut self, near: f32, far: f32, opacity: T) -> Result<()> {
-        let (near, far) = (check_depth(near)?, check_depth(far)?);
-        let refuse = |reason| Err(Error::Hit { depth: near, reason });
-        if near >= far {
-            return refuse("a slab's far end must lie behind its near end");
-        }
-        if !(0..T::CHANNELS).all(|channel| (0.0..=1.0).contains(&opacity.channel(channel))) {
-            return refuse("opacity must lie in [0, 1]");
-        }
-        let length = f64::from(far) - f64::from(near);
-        let extinction = T::sum_from_channels(|channel| match opacity.channel(channel) {
-            1.0 => 0.0,
-            opacity => -f64::ln_1p(-f64::from(opacity)) / length,
-        });
-        self.segments.push(VolumeSegment {
-            near,
-            far,
-            near_extinction: extinction,
-            far_extinction: extinction,
-        });
-        let blocked = T::from_channels(|channel| f32::from(opacity.channel(channel) == 1.0));
-        if blocked != T::splat(0.0) {
-            self.surfaces.push(SurfaceHit { depth: near.next_up(), opacity: blocked });
-        }
+        let (segment, surface) = slab(near, far, opacity)?;
+        self.segments.push(segment);
+        self.surfaces.extend(surface);
         Ok(())
     }
 
@@ -192,12 +137,98 @@ impl<T: Transmittance> RayHits<T> {
     }
 }
 
+impl<T: Transmittance> SurfaceHit<T> {
+    /// The hit itself, if a ray can have it, with −0 turned into 0.
+    #[inline]
+    pub(crate) fn checked(self) -> Result<Self> {
+        Ok(Self {
+            depth: check_depth(self.depth)?,
+            opacity: check_opacity(self.depth, self.opacity)?,
+        })
+    }
+}
+
+/// The segments of a medium sampled along a ray; see [`RayHits::push_volume`].
+pub(crate) fn medium<T: Transmittance>(
+    samples: &[VolumeSample<T>],
+    distance_per_depth: f64,
+) -> Result<impl Iterator<Item = VolumeSegment<T>> + '_> {
+    let refuse = |depth, reason| Err(Error::Hit { depth, reason });
+    if !(1.0..f64::INFINITY).contains(&distance_per_depth) {
+        let depth = samples.first().map_or(0.0, |sample| sample.depth);
+        return refuse(depth, "the distance per depth must be finite and at least 1");
+    }
+    let per_depth = move |sample: &VolumeSample<T>| {
+        T::sum_from_channels(|channel| {
+            f64::from(sample.extinction.channel(channel)) * distance_per_depth
+        })
+    };
+    for sample in samples {
+        check_depth(sample.depth)?;
+        let valid = |value: f32| (0.0..f32::INFINITY).contains(&value);
+        if !(0..T::CHANNELS).all(|channel| valid(sample.extinction.channel(channel))) {
+            return refuse(sample.depth, "extinction must be finite and at least 0");
+        }
+        if per_depth(sample).as_ref().contains(&f64::INFINITY) {
+            return refuse(sample.depth, "extinction per depth must be finite");
+        }
+    }
+    if let Some(back) = samples.windows(2).find(|pair| pair[0].depth > pair[1].depth) {
+        return refuse(back[1].depth, "volume samples must go front to back");
+    }
+    Ok(samples.windows(2).filter(|pair| pair[0].depth < pair[1].depth).map(move |pair| {
+        VolumeSegment {
+            near: pair[0].depth + 0.0,
+            far: pair[1].depth,
+            near_extinction: per_depth(&pair[0]),
+            far_extinction: per_depth(&pair[1]),
+        }
+    }))
+}
+
+/// The segment and, if any channel is opaque, the surface of a slab; see
+/// [`RayHits::push_slab`].
+pub(crate) fn slab<T: Transmittance>(
+    near: f32,
+    far: f32,
+    opacity: T,
+) -> Result<(VolumeSegment<T>, Option<SurfaceHit<T>>)> {
+    let (near, far) = (check_depth(near)?, check_depth(far)?);
+    if near >= far {
+        let reason = "a slab's far end must lie behind its near end";
+        return Err(Error::Hit { depth: near, reason });
+    }
+    let opacity = check_opacity(near, opacity)?;
+    let length = f64::from(far) - f64::from(near);
+    let extinction = T::sum_from_channels(|channel| match opacity.channel(channel) {
+        1.0 => 0.0,
+        opacity => -f64::ln_1p(-f64::from(opacity)) / length,
+    });
+    let segment =
+        VolumeSegment { near, far, near_extinction: extinction, far_extinction: extinction };
+    let blocked = T::from_channels(|channel| f32::from(opacity.channel(channel) == 1.0));
+    let surface = (blocked != T::splat(0.0))
+        .then_some(SurfaceHit { depth: near.next_up(), opacity: blocked });
+    Ok((segment, surface))
+}
+
 /// The depth itself, with −0 turned into 0 so that bit patterns sort by depth.
+#[inline]
 fn check_depth(depth: f32) -> Result<f32> {
     if (0.0..f32::INFINITY).contains(&depth) {
         Ok(depth + 0.0)
     } else {
         Err(Error::Hit { depth, reason: "depth must be finite and at least 0" })
+    }
+}
+
+/// The opacity of something at `depth`, if it is one.
+#[inline]
+fn check_opacity<T: Transmittance>(depth: f32, opacity: T) -> Result<T> {
+    if (0..T::CHANNELS).all(|channel| (0.0..=1.0).contains(&opacity.channel(channel))) {
+        Ok(opacity)
+    } else {
+        Err(Error::Hit { depth, reason: "opacity must lie in [0, 1]" })
     }
 }
 

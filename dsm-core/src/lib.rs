@@ -3,7 +3,7 @@
 //! (SIGGRAPH 2000).
 //!
 //! The data goes one way:
-//! [`RayHits`] of one ray → [`TransmittanceFunction`] → the pixel filter's
+//! [`HitSource`] → [`RayHits`] of one ray → [`TransmittanceFunction`] → the pixel filter's
 //! weighted sum ([`VisibilitySweep`]) → [`VisibilityFunction`] under a
 //! [`Tolerance`] → [`PixelLists`] → [`DeepMap`] → [`filtered_lookup`].
 //!
@@ -16,10 +16,14 @@ mod difference;
 mod error;
 mod filter;
 mod hit;
+mod hit_source;
 mod lookup;
 mod map;
 mod pixel_lists;
 mod polyline;
+mod sampling;
+mod tile_hits;
+mod tile_samples;
 mod transmittance;
 mod visibility;
 
@@ -35,9 +39,13 @@ pub use difference::{DifferenceSummary, VisibilityDifference};
 pub use error::{Error, Result};
 pub use filter::{Filter, FilterShape};
 pub use hit::{RayHits, SurfaceHit, VolumeSample, VolumeSegment};
+pub use hit_source::{HitSource, RaySource};
 pub use lookup::{Footprint, Receiver, VisibilityField, filtered_lookup};
 pub use map::{DeepMap, MapInfo};
 pub use pixel_lists::{PixelLists, PixelListsBuilder, PixelListsView};
 pub use polyline::Polyline;
+pub use sampling::PixelSampling;
+pub use tile_hits::TileHits;
+pub use tile_samples::{SamplePoint, TileSamples};
 pub use transmittance::{Rgb, Transmittance};
 pub use visibility::{VisibilityFunction, VisibilityView};
