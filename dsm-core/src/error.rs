@@ -70,6 +70,14 @@ pub enum Error {
         /// What is wrong.
         reason: &'static str,
     },
+    /// A level that does not fit into its pyramid.
+    #[error("level {level} of a pyramid: {reason}")]
+    Level {
+        /// The level's number; 0 is the finest.
+        level: usize,
+        /// What does not fit.
+        reason: &'static str,
+    },
     /// A camera that cannot do what is asked of it.
     #[error("camera: {0}")]
     Camera(&'static str),

@@ -101,6 +101,13 @@ impl Filter {
         self.width
     }
 
+    /// The same filter where a pixel's side is `scale` times as many pixels,
+    /// at least as wide as its shape must be.
+    pub(crate) fn scaled(self, scale: f32) -> Self {
+        let width = (self.width * scale).max(self.shape.minimum_width());
+        Self { width, ..self }
+    }
+
     /// The weight along one axis at `offset` pixels from the centre.
     #[must_use]
     pub fn weight_along(self, offset: f64) -> f64 {

@@ -1,6 +1,6 @@
-//! Box lookups of 3 × 3 pixels, in scan order and shuffled, through a tile
-//! cache that holds the whole map, beside the same map in memory. Before the
-//! benchmarks, rounds of both in turn give the ratio of their medians.
+//! Box lookups of 3 × 3 and 5 × 5 pixels, in scan order and shuffled, through a
+//! tile cache that holds the whole map, beside the same map in memory. Before
+//! the benchmarks, rounds of both in turn give the ratio of their medians.
 
 #![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a benchmark, which prints")]
 
@@ -19,14 +19,16 @@ use dsm_io::{
 
 const SIZES: [u32; 2] = [512, 1024];
 const LOOKUPS: u32 = 1 << 17;
+const WIDTHS: [u32; 2] = [3, 5];
+const ORDERS: [Order; 2] = [Order::Scan, Order::Shuffled];
 const ROUNDS: usize = 41;
 
 fn main() {
     let rounds = if std::env::args().any(|argument| argument == "--test") { 1 } else { ROUNDS };
     for size in SIZES {
         let (map, cached) = maps(size);
-        for order in [Order::Scan, Order::Shuffled] {
-            ratio(&map, &cached, &receivers(size, order), order, rounds);
+        for (order, width) in ORDERS.into_iter().flat_map(|order| WIDTHS.map(|w| (order, w))) {
+            ratio(&map, &cached, (order, width), rounds);
         }
     }
     divan::main();
@@ -87,31 +89,29 @@ fn receivers(size: u32, order: Order) -> Vec<Receiver> {
         .collect()
 }
 
-fn footprint() -> Footprint {
-    Footprint::Isotropic(Filter::new(FilterShape::Box, 3.0).unwrap())
+fn footprint(width: u32) -> Footprint {
+    Footprint::Isotropic(Filter::new(FilterShape::Box, width as f32).unwrap())
 }
 
-fn sum<F: VisibilityField<Value = f32>>(field: &F, receivers: &[Receiver]) -> f64
+fn sum<F: VisibilityField<Value = f32>>(
+    field: &F,
+    receivers: &[Receiver],
+    footprint: &Footprint,
+) -> f64
 where
     F::Error: std::fmt::Debug,
 {
-    let footprint = footprint();
-    let light = |receiver| filtered_lookup(field, receiver, &footprint).unwrap();
+    let light = |receiver| filtered_lookup(field, receiver, footprint).unwrap();
     receivers.iter().map(|receiver| f64::from(light(receiver))).sum()
 }
 
 /// Both take turns, so that what else the machine does meets both.
-fn ratio(
-    map: &DeepMap<f32>,
-    cached: &CachedMap<f32>,
-    receivers: &[Receiver],
-    order: Order,
-    rounds: usize,
-) {
+fn ratio(map: &DeepMap<f32>, cached: &CachedMap<f32>, (order, width): (Order, u32), rounds: usize) {
+    let (receivers, footprint) = (&receivers(map.size()[0], order), &footprint(width));
     let cursor = cached.cursor();
     for receiver in receivers {
-        let Ok(expected) = filtered_lookup(map, receiver, &footprint());
-        let found = filtered_lookup(&cursor, receiver, &footprint()).unwrap();
+        let Ok(expected) = filtered_lookup(map, receiver, footprint);
+        let found = filtered_lookup(&cursor, receiver, footprint).unwrap();
         assert_eq!(found.to_bits(), expected.to_bits(), "at {receiver:?}");
     }
     let mut nanoseconds = [Vec::new(), Vec::new()];
@@ -121,8 +121,8 @@ fn ratio(
         start.elapsed().as_secs_f64() * 1e9 / receivers.len() as f64
     };
     for _ in 0..rounds {
-        nanoseconds[0].push(time(&|| sum(map, receivers)));
-        nanoseconds[1].push(time(&|| sum(&cursor, receivers)));
+        nanoseconds[0].push(time(&|| sum(map, receivers, footprint)));
+        nanoseconds[1].push(time(&|| sum(&cursor, receivers, footprint)));
     }
     let mut ratios: Vec<_> =
         nanoseconds[1].iter().zip(&nanoseconds[0]).map(|(c, m)| c / m).collect();
@@ -133,7 +133,7 @@ fn ratio(
     let [in_memory, through_cache] = nanoseconds.each_mut().map(median);
     let least = nanoseconds.map(|values| values[0]);
     println!(
-        "{}², {order:?}: in memory {in_memory:.1} ns, cached {through_cache:.1} ns a lookup; \
+        "{}², {order:?}, {width} × {width}: in memory {in_memory:.1} ns, cached {through_cache:.1} ns a lookup; \
          ratio of medians {:.3}, median of ratios {:.3}, ratio of minima {:.3}",
         map.size()[0],
         through_cache / in_memory,
@@ -145,12 +145,16 @@ fn ratio(
 #[divan::bench(args = [Order::Scan, Order::Shuffled], consts = SIZES)]
 fn in_memory<const SIZE: u32>(bencher: Bencher<'_, '_>, order: Order) {
     let ((map, _), receivers) = (maps(SIZE), receivers(SIZE, order));
-    bencher.counter(ItemsCount::new(receivers.len())).bench_local(|| sum(&map, &receivers));
+    bencher
+        .counter(ItemsCount::new(receivers.len()))
+        .bench_local(|| sum(&map, &receivers, &footprint(3)));
 }
 
 #[divan::bench(args = [Order::Scan, Order::Shuffled], consts = SIZES)]
 fn cached<const SIZE: u32>(bencher: Bencher<'_, '_>, order: Order) {
     let ((_, cached), receivers) = (maps(SIZE), receivers(SIZE, order));
     let cursor = cached.cursor();
-    bencher.counter(ItemsCount::new(receivers.len())).bench_local(|| sum(&cursor, &receivers));
+    bencher
+        .counter(ItemsCount::new(receivers.len()))
+        .bench_local(|| sum(&cursor, &receivers, &footprint(3)));
 }

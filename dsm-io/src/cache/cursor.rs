@@ -1,9 +1,11 @@
 //! One thread's way into a cached map.
 
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
+use std::fmt;
+use std::ops::Range;
 use std::sync::Arc;
 
-use dsm_core::{Transmittance, VisibilityField};
+use dsm_core::{PixelListsView, RowVisitor, Transmittance, VisibilityField};
 
 use super::map::CachedMap;
 use super::tile::CachedTile;
@@ -11,8 +13,9 @@ use crate::{Error, Level, Result, TileId};
 
 /// Slots of a cursor in x and in y: tiles that lie less than this many
 /// columns and rows apart never share a slot, so a footprint over a corner
-/// where four tiles meet keeps all four.
-const SLOTS: u32 = 8;
+/// where four tiles meet keeps all four. More columns than rows, because
+/// lookups come line by line: a line over 16 tiles keeps them for the next.
+const SLOTS: [u32; 2] = [16, 4];
 
 /// A tile that was asked for, at the place that its position gives it.
 #[derive(Debug)]
@@ -25,18 +28,12 @@ struct Slot<T> {
 impl<T: Transmittance> Slot<T> {
     /// No tile stands there: a level has fewer than 2³¹ columns.
     const VACANT: Self = Self { tile: [u32::MAX; 2], pixels: None };
-
-    /// V of the pixel at (`x`, `y`) from the tile's corner.
-    #[inline(always)]
-    fn at(&self, [x, y]: [u32; 2], depth: f32) -> T {
-        self.pixels.as_ref().map_or(T::CLEAR, |tile| tile.view().pixel(x, y).at(depth))
-    }
 }
 
 /// Looks up one level of a [`CachedMap`], for one thread.
 ///
 /// It holds on to the tiles it was asked for last, up to 64, one for each
-/// position modulo 8 × 8. A pixel of those costs no lock, and nothing that
+/// position modulo 16 × 4. A pixel of those costs no lock, and nothing that
 /// another thread writes; any other pixel costs one, and a load if nobody
 /// holds its tile. Make one cursor a thread and keep it: a new one begins with
 /// no tile. Held tiles are not in the budget: t cursors hold up to 64 t tiles
@@ -55,14 +52,14 @@ impl<T: Transmittance> Slot<T> {
 /// let light = filtered_lookup(&cursor, &Receiver::new([10.5, 7.25], 4.0), &footprint)?;
 /// # Ok::<(), dsm_io::Error>(())
 /// ```
-#[derive(Debug)]
 pub struct LookupCursor<T> {
     map: CachedMap<T>,
     level: u32,
     size: [u32; 2],
     columns: TileDivision,
     rows: TileDivision,
-    slots: RefCell<[Slot<T>; (SLOTS * SLOTS) as usize]>,
+    /// A tile is out of its slot while its pixels are looked at.
+    slots: [Cell<Slot<T>>; (SLOTS[0] * SLOTS[1]) as usize],
     hits: Cell<u64>,
 }
 
@@ -74,7 +71,7 @@ impl<T: Transmittance> LookupCursor<T> {
             size: [level.width, level.height],
             columns: TileDivision::new(level.tile_width),
             rows: TileDivision::new(level.tile_height),
-            slots: RefCell::new(std::array::from_fn(|_| Slot::VACANT)),
+            slots: std::array::from_fn(|_| Cell::new(Slot::VACANT)),
             hits: Cell::new(0),
         }
     }
@@ -93,18 +90,37 @@ impl<T: Transmittance> LookupCursor<T> {
 
     /// Lets go of all tiles and hands the hits in to the statistics.
     pub fn release(&self) {
-        self.slots.borrow_mut().fill_with(|| Slot::VACANT);
+        self.slots.iter().for_each(|slot| slot.set(Slot::VACANT));
         self.map.hand_in(&self.hits);
     }
 
-    /// Puts a tile into its slot.
+    /// What `look` makes of a tile's pixels, and of how many it says. No
+    /// pixels: 1 everywhere.
+    #[inline(always)]
+    fn with_tile<R>(
+        &self,
+        tile: [u32; 2],
+        look: impl FnOnce(Option<PixelListsView<'_, T>>) -> (R, u64),
+    ) -> Result<R> {
+        let slot = &self.slots[slot_of(tile)];
+        let mut held = slot.replace(Slot::VACANT);
+        // A tile that is fetched is counted where it is found.
+        let mut counted = 0;
+        if held.tile != tile {
+            held = self.fetch(tile)?;
+            counted = 1;
+        }
+        let (result, pixels) = look(held.pixels.as_ref().map(|pixels| pixels.view()));
+        slot.set(held);
+        self.hits.update(|hits| hits + pixels - counted);
+        Ok(result)
+    }
+
     #[cold]
     #[inline(never)]
-    fn fetch(&self, tile: [u32; 2]) -> Result<()> {
+    fn fetch(&self, tile: [u32; 2]) -> Result<Slot<T>> {
         let id = TileId::new(self.level, tile[0], tile[1]);
-        let pixels = self.map.tile_after(id, &self.hits)?;
-        self.slots.borrow_mut()[slot_of(tile)] = Slot { tile, pixels };
-        Ok(())
+        Ok(Slot { tile, pixels: self.map.tile_after(id, &self.hits)? })
     }
 
     #[cold]
@@ -133,14 +149,78 @@ impl<T: Transmittance> VisibilityField for LookupCursor<T> {
             return Err(Self::outside([x, y]));
         }
         let ((column, x), (row, y)) = (self.columns.split(x), self.rows.split(y));
-        let tile = [column, row];
-        if self.slots.borrow()[slot_of(tile)].tile == tile {
-            self.hits.update(|hits| hits + 1);
-        } else {
-            self.fetch(tile)?;
+        self.with_tile([column, row], |pixels| {
+            (pixels.map_or(T::CLEAR, |pixels| pixels.pixel(x, y).at(depth)), 1)
+        })
+    }
+
+    /// As [`Self::evaluate`]; finds each tile once.
+    #[inline(always)]
+    fn evaluate_row(
+        &self,
+        row: u32,
+        columns: Range<u32>,
+        visitor: &mut impl RowVisitor<T>,
+    ) -> Result<()> {
+        if row >= self.size[1] || columns.end > self.size[0] {
+            return Err(Self::outside([columns.end.saturating_sub(1), row]));
         }
-        // One place that evaluates, so that it is compiled into the caller.
-        Ok(self.slots.borrow()[slot_of(tile)].at([x, y], depth))
+        let (tile_row, y) = self.rows.split(row);
+        let mut column = columns.start;
+        while column < columns.end {
+            // No tile is fetched for pixels that are passed over.
+            let Some(depth) = visitor.depth(column) else {
+                column += 1;
+                continue;
+            };
+            let (tile_column, x) = self.columns.split(column);
+            let end = columns.end.min(column - x + self.columns.size);
+            self.with_tile([tile_column, tile_row], |pixels| match pixels {
+                None => ((), visit_run(column..end, depth, visitor, |_, _| T::CLEAR)),
+                Some(pixels) => {
+                    let first = y as usize * pixels.width() as usize + x as usize;
+                    let at = |ahead, depth| pixels.function(first + ahead).at(depth);
+                    ((), visit_run(column..end, depth, visitor, at))
+                }
+            })?;
+            column = end;
+        }
+        Ok(())
+    }
+}
+
+/// Hands `visitor` the values of a run of pixels, of which the first is asked
+/// at `depth`; `at` takes how far a pixel is from the first. Tells how many
+/// were asked.
+#[inline(always)]
+fn visit_run<T>(
+    columns: Range<u32>,
+    depth: f32,
+    visitor: &mut impl RowVisitor<T>,
+    at: impl Fn(usize, f32) -> T,
+) -> u64 {
+    let (mut column, mut next, mut asked) = (columns.start, Some(depth), 0);
+    loop {
+        if let Some(depth) = next {
+            visitor.take(at((column - columns.start) as usize, depth));
+            asked += 1;
+        }
+        column += 1;
+        if column >= columns.end {
+            return asked;
+        }
+        next = visitor.depth(column);
+    }
+}
+
+impl<T> fmt::Debug for LookupCursor<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { level, size, hits, .. } = self;
+        f.debug_struct("LookupCursor")
+            .field("level", level)
+            .field("size", size)
+            .field("hits", hits)
+            .finish_non_exhaustive()
     }
 }
 
@@ -152,7 +232,7 @@ impl<T> Drop for LookupCursor<T> {
 
 #[inline(always)]
 const fn slot_of([column, row]: [u32; 2]) -> usize {
-    (row % SLOTS * SLOTS + column % SLOTS) as usize
+    (row % SLOTS[1] * SLOTS[0] + column % SLOTS[0]) as usize
 }
 
 /// Cuts columns or rows of pixels into those of tiles, without a division.
@@ -200,7 +280,7 @@ mod tests {
     #[test]
     fn tiles_of_a_footprint_do_not_share_a_slot() {
         let mut slots: Vec<_> =
-            (0..64).map(|i| slot_of([1_000_001 + i % 8, 77_777 + i / 8])).collect();
+            (0..64).map(|i| slot_of([1_000_001 + i % 16, 77_777 + i / 16])).collect();
         slots.sort_unstable();
         assert!(slots.into_iter().eq(0..64));
     }

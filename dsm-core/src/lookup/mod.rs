@@ -1,0 +1,8 @@
+//! Filtered shadow lookups: what is asked, around which point, and the
+//! average over the pixels there, in one level or between two.
+
+pub(crate) mod field;
+pub(crate) mod filtered;
+pub(crate) mod footprint;
+pub(crate) mod pyramid;
+pub(crate) mod receiver;

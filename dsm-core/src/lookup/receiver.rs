@@ -1,0 +1,59 @@
+//! Where shadow is asked for.
+
+/// Where to ask for shadow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Receiver {
+    /// Raster position: pixel (i, j) covers [i, i+1) × [j, j+1).
+    pub position: [f32; 2],
+    /// Depth, in scene units.
+    pub depth: f32,
+    /// Taken off the depth, in scene units (§4 on bias).
+    pub bias: f32,
+    /// How the receiver's depth changes per pixel in x and y: each pixel is
+    /// asked at the depth of the receiver's plane there. Zero asks all pixels
+    /// at one depth.
+    pub depth_gradient: [f32; 2],
+}
+
+impl Receiver {
+    /// A receiver without bias that faces the light.
+    #[must_use]
+    pub const fn new(position: [f32; 2], depth: f32) -> Self {
+        Self { position, depth, bias: 0.0, depth_gradient: [0.0; 2] }
+    }
+
+    /// Whether the receiver lies in a field of this size and behind the light,
+    /// with no NaN: else it is lit.
+    pub(super) fn is_shaded_by(&self, [width, height]: [f64; 2]) -> bool {
+        let [x, y] = self.position.map(f64::from);
+        x >= 0.0 && y >= 0.0 && x < width && y < height && self.depth > 0.0
+    }
+
+    /// The same receiver where a pixel's side is `scale`, a power of two,
+    /// times as many pixels.
+    pub(super) fn scaled(self, scale: f32) -> Self {
+        Self {
+            position: self.position.map(|at| at * scale),
+            depth_gradient: self.depth_gradient.map(|change| change / scale),
+            ..self
+        }
+    }
+
+    /// How far the centre of the pixel with this index along `axis` is from
+    /// the receiver.
+    #[inline(always)]
+    pub(super) fn offset(&self, axis: usize, pixel: u32) -> f64 {
+        f64::from(pixel) + 0.5 - f64::from(self.position[axis])
+    }
+
+    /// The depth of the receiver's plane at an offset, less the bias; `None`
+    /// where it is lit for its depth.
+    #[inline(always)]
+    pub(super) fn depth_at(&self, offset: [f64; 2]) -> Option<f32> {
+        let plane = f64::from(self.depth)
+            + f64::from(self.depth_gradient[0]) * offset[0]
+            + f64::from(self.depth_gradient[1]) * offset[1];
+        let depth = (plane - f64::from(self.bias)) as f32;
+        (depth > 0.0).then_some(depth)
+    }
+}
