@@ -9,7 +9,9 @@ use dsm_core::{
 };
 use proptest::prelude::*;
 
+mod pyramid;
 #[expect(dead_code, reason = "shared with the tests of sampling")]
+#[path = "../support/mod.rs"]
 mod support;
 
 const SHAPES: [FilterShape; 3] = [FilterShape::Box, FilterShape::Tent, FilterShape::Gaussian];
