@@ -1,8 +1,10 @@
 //! The one place where the number of channels is decided at run time.
 
+use std::path::Path;
+
 use dsm_core::{DeepMap, MapInfo, Rgb};
 
-use crate::{MapReader, Result};
+use crate::{CachedMap, Limits, MapReader, Result, TileCache};
 
 /// A deep map of either number of channels.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,5 +57,30 @@ impl From<DeepMap<f32>> for AnyDeepMap {
 impl From<DeepMap<Rgb>> for AnyDeepMap {
     fn from(map: DeepMap<Rgb>) -> Self {
         Self::Rgb(map)
+    }
+}
+
+/// A map of either number of channels that is read through a [`TileCache`].
+#[derive(Clone, Debug)]
+pub enum AnyCachedMap {
+    /// One channel.
+    Mono(CachedMap<f32>),
+    /// Three channels.
+    Rgb(CachedMap<Rgb>),
+}
+
+impl AnyCachedMap {
+    /// Opens a map, mapped into memory ([`MapReader::open`]).
+    ///
+    /// # Errors
+    ///
+    /// As [`MapReader::open`].
+    pub fn open(cache: &TileCache, path: impl AsRef<Path>, limits: &Limits) -> Result<Self> {
+        let reader = MapReader::open(path, limits)?;
+        if reader.metadata().channels == 1 {
+            cache.insert(reader).map(Self::Mono)
+        } else {
+            cache.insert(reader).map(Self::Rgb)
+        }
     }
 }

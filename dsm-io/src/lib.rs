@@ -24,7 +24,7 @@ mod tile;
 mod writer;
 
 pub use achieved_error::AchievedError;
-pub use any::AnyDeepMap;
+pub use any::{AnyCachedMap, AnyDeepMap};
 pub use attribute::Attribute;
 pub use cache::{CacheStatistics, CachedMap, CachedTile, LookupCursor, TileCache};
 pub use codec::{Block, Codec, EncodedTile};

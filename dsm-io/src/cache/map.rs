@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use dsm_core::Transmittance;
+use dsm_core::{Pyramid, Transmittance};
 
 use super::cursor::LookupCursor;
 use super::shard::{Key, Value};
@@ -70,6 +70,32 @@ impl<T: Transmittance> CachedMap<T> {
     pub fn level_cursor(&self, level: u32) -> Result<LookupCursor<T>> {
         let found = self.open.reader.container().level(level)?;
         Ok(LookupCursor::new(self.clone(), level, found))
+    }
+
+    /// Looks up all levels of view 0, and between them.
+    ///
+    /// ```no_run
+    /// use dsm_core::{Filter, FilterShape, Footprint, LevelChoice, Receiver};
+    /// use dsm_io::{Limits, TileCache};
+    ///
+    /// let map = TileCache::new(256 << 20).open::<f32>("shadow.dsm", &Limits::default())?;
+    /// let pyramid = map.pyramid()?;
+    /// let footprint = Footprint::Isotropic(Filter::new(FilterShape::Tent, 48.0)?);
+    /// let receiver = Receiver::new([10.5, 7.25], 4.0);
+    /// let light = pyramid.lookup(&receiver, &footprint, LevelChoice::Auto)?;
+    /// # Ok::<(), dsm_io::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`dsm_core::Error::Level`] if the levels are no pyramid.
+    pub fn pyramid(&self) -> Result<Pyramid<LookupCursor<T>>> {
+        let levels = self.open.reader.levels().iter().zip(0..);
+        let cursors = levels
+            .take_while(|(level, _)| level.view == 0)
+            .map(|(level, index)| LookupCursor::new(self.clone(), index, level));
+        Pyramid::new(cursors.collect())
+            .map_err(|error| Error::from(error).in_file(self.open.reader.container().path()))
     }
 
     /// A tile, or `None` if it is 1 everywhere, which costs nothing. The tile

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use dsm_core::{Filter, FilterShape, Footprint};
+use dsm_core::{Filter, FilterShape, Footprint, LevelChoice};
 
 use super::values::{self, Effort};
 
@@ -28,10 +28,16 @@ pub(crate) struct LookupFlags {
     /// that a filter around it reaches
     #[arg(long, value_enum, default_value_t = FilterName::Point)]
     filter: FilterName,
-    /// Full width of the filter in pixels, at least 1, of a tent 2
+    /// Full width of the filter in pixels of level 0, at least 1, of a tent 2
     /// [default: the least]
     #[arg(long, value_name = "W", allow_negative_numbers = true)]
     width: Option<f32>,
+    /// Level of the map's pyramid that is read, 0 being the finest; between
+    /// two, both are; auto: the one whose pixels are half as wide as the
+    /// filter
+    #[arg(long, value_name = "L|auto", default_value = "0", allow_negative_numbers = true)]
+    #[arg(value_parser = level)]
+    level: LevelChoice,
     /// Depth that is taken off each point's, in scene units
     #[arg(long, value_name = "B", default_value = "0", allow_negative_numbers = true)]
     #[arg(value_parser = values::finite)]
@@ -41,6 +47,15 @@ pub(crate) struct LookupFlags {
     stats: bool,
     #[command(flatten)]
     effort: Effort,
+}
+
+/// A level, or auto.
+fn level(text: &str) -> Result<LevelChoice, String> {
+    match text.parse::<f64>() {
+        _ if text == "auto" => Ok(LevelChoice::Auto),
+        Ok(level) if (0.0..f64::INFINITY).contains(&level) => Ok(LevelChoice::Fixed(level)),
+        _ => Err("must be auto or a number, at least 0".to_owned()),
+    }
 }
 
 /// What the coordinates of points mean.
@@ -76,6 +91,7 @@ pub(crate) struct Lookup {
     pub(crate) points: PathBuf,
     pub(crate) space: Space,
     pub(crate) footprint: Footprint,
+    pub(crate) level: LevelChoice,
     pub(crate) bias: f32,
     pub(crate) stats: bool,
     pub(crate) effort: Effort,
@@ -85,7 +101,7 @@ impl TryFrom<LookupFlags> for Lookup {
     type Error = String;
 
     fn try_from(flags: LookupFlags) -> Result<Self, String> {
-        let LookupFlags { map, points, space, filter, width, bias, stats, effort } = flags;
+        let LookupFlags { map, points, space, filter, width, level, bias, stats, effort } = flags;
         let footprint = match (filter.shape(), width) {
             (None, None) => Footprint::Point,
             (None, Some(_)) => return Err("--width needs a --filter other than point".to_owned()),
@@ -95,6 +111,6 @@ impl TryFrom<LookupFlags> for Lookup {
                 Footprint::Isotropic(filter)
             }
         };
-        Ok(Self { map, points, space, footprint, bias, stats, effort })
+        Ok(Self { map, points, space, footprint, level, bias, stats, effort })
     }
 }

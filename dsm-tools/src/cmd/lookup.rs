@@ -1,14 +1,14 @@
 //! `lookup`: the light that reaches points.
 
-use std::error::Error;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result};
-use dsm_core::{Footprint, MapInfo, Receiver, VisibilityField, filtered_lookup};
-use dsm_io::{AnyDeepMap, Limits, MapReader};
+use anyhow::{Context, Result, bail};
+use dsm_core::{Footprint, LevelChoice, Pyramid, Receiver, Transmittance};
+use dsm_io::{AnyCachedMap, CachedMap, Limits, LookupCursor, TileCache};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -23,27 +23,31 @@ const CHUNK: usize = 1 << 16;
 /// Points that one task takes.
 const TASK: usize = 1 << 10;
 
+/// Bytes of tiles that are kept at hand: the tiles of large maps come and go,
+/// and small ones stay whole.
+const TILE_BYTES: u64 = 1 << 30;
+
 /// What `--stats` prints.
 #[derive(Serialize)]
 struct Statistics {
     points: u64,
     /// Rays that were traced: a filter needs none.
     rays: u64,
-    /// Seconds to open and read the map.
+    /// Seconds to open the map.
     open_s: f64,
-    /// Seconds to project the points and filter the map.
+    /// Seconds to project the points, read tiles and filter them.
     lookup_s: f64,
 }
 
 pub(crate) fn run(request: &Lookup) -> Result<()> {
     with_threads(request.effort.threads, || {
         let start = Instant::now();
-        let reader = MapReader::open(&request.map, &Limits::default())?;
-        let map = AnyDeepMap::read(&reader, 0)?;
+        let cache = TileCache::new(TILE_BYTES);
+        let map = AnyCachedMap::open(&cache, &request.map, &Limits::default())?;
         let open_s = start.elapsed().as_secs_f64();
-        let (points, time) = match &map {
-            AnyDeepMap::Mono(map) => answer_all(map, map.info(), request),
-            AnyDeepMap::Rgb(map) => answer_all(map, map.info(), request),
+        let (points, time) = match map {
+            AnyCachedMap::Mono(map) => answer_all(map, request),
+            AnyCachedMap::Rgb(map) => answer_all(map, request),
         }?;
         if request.stats {
             let statistics = Statistics { points, rays: 0, open_s, lookup_s: time.as_secs_f64() };
@@ -55,16 +59,12 @@ pub(crate) fn run(request: &Lookup) -> Result<()> {
 
 /// Answers every point of the file, on stdout. Returns how many there were,
 /// and how long their lookups took.
-fn answer_all<F>(field: &F, info: &MapInfo, request: &Lookup) -> Result<(u64, Duration)>
-where
-    F: VisibilityField<Error: Error + Send + Sync + 'static> + Sync,
-{
+fn answer_all<T: Transmittance>(map: CachedMap<T>, request: &Lookup) -> Result<(u64, Duration)> {
     let path = request.points.as_path();
-    let shadow =
-        Shadow::new(field, info, request).with_context(|| format!("{}", request.map.display()))?;
+    let shadow = Shadow::new(map, request).with_context(|| format!("{}", request.map.display()))?;
     let mut points = open(path)?;
     let mut output = BufWriter::new(io::stdout().lock());
-    output.write_all(light::header::<F::Value>())?;
+    output.write_all(light::header::<T>())?;
     let (mut count, mut time) = (0, Duration::ZERO);
     let mut chunk = Vec::new();
     loop {
@@ -73,12 +73,12 @@ where
             break;
         }
         let start = Instant::now();
-        let answer = |point| shadow.light(point);
-        let values: Vec<F::Value> =
-            chunk.par_iter().with_min_len(TASK).map(answer).collect::<Result<_>>()?;
+        let tasks = chunk.par_chunks(TASK);
+        let values: Vec<Vec<T>> =
+            tasks.map(|points| shadow.lights(points)).collect::<Result<_>>()?;
         time += start.elapsed();
         let lines: Vec<Vec<u8>> = values
-            .par_chunks(TASK)
+            .par_iter()
             .map(|values| {
                 let mut lines = Vec::with_capacity(values.len() * 12);
                 values.iter().for_each(|&value| light::append_line(value, &mut lines));
@@ -100,36 +100,75 @@ fn open(path: &Path) -> Result<PointReader<File>> {
 }
 
 /// A map, and how it is asked.
-struct Shadow<'a, F> {
-    field: &'a F,
+struct Shadow<T> {
+    map: CachedMap<T>,
+    /// Cursors that no task uses now, with the tiles they hold.
+    idle: Mutex<Vec<Pyramid<LookupCursor<T>>>>,
     /// `None`: points are in raster space already.
     world: Option<WorldToRaster>,
     footprint: Footprint,
+    level: LevelChoice,
     bias: f32,
 }
 
-impl<'a, F> Shadow<'a, F>
-where
-    F: VisibilityField<Error: Error + Send + Sync + 'static>,
-{
-    fn new(field: &'a F, info: &MapInfo, request: &Lookup) -> Result<Self> {
-        let world = match request.space {
-            Space::World => Some(WorldToRaster::new(info, field.size())?),
+impl<T: Transmittance> Shadow<T> {
+    fn new(map: CachedMap<T>, request: &Lookup) -> Result<Self> {
+        let &Lookup { space, footprint, level, bias, .. } = request;
+        let metadata = map.reader().metadata();
+        let world = match space {
+            Space::World => {
+                Some(WorldToRaster::new(&metadata.info, [metadata.width, metadata.height])?)
+            }
             Space::Raster => None,
         };
-        Ok(Self { field, world, footprint: request.footprint, bias: request.bias })
+        let shadow = Self { map, idle: Mutex::default(), world, footprint, level, bias };
+        let pyramid = shadow.pyramid()?;
+        if let LevelChoice::Fixed(level) = level {
+            match pyramid.levels().len() {
+                count if level <= (count - 1) as f64 => {}
+                1 => bail!("there is no level {level}: the map has one level, 0"),
+                count => bail!(
+                    "there is no level {level}: the map has {count} levels, 0 to {}",
+                    count - 1
+                ),
+            }
+        }
+        shadow.put_back(pyramid);
+        Ok(shadow)
+    }
+
+    /// Cursors over the map's levels, for one task.
+    fn pyramid(&self) -> Result<Pyramid<LookupCursor<T>>> {
+        let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        match idle {
+            Some(pyramid) => Ok(pyramid),
+            None if self.level == LevelChoice::FINEST => Ok(Pyramid::new(vec![self.map.cursor()])?),
+            None => Ok(self.map.pyramid()?),
+        }
+    }
+
+    fn put_back(&self, pyramid: Pyramid<LookupCursor<T>>) {
+        self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(pyramid);
+    }
+
+    /// The light that reaches each point.
+    fn lights(&self, points: &[[f64; 3]]) -> Result<Vec<T>> {
+        let pyramid = self.pyramid()?;
+        let lights = points.iter().map(|point| self.light(&pyramid, point)).collect();
+        self.put_back(pyramid);
+        lights
     }
 
     /// The light that reaches a point: 1 outside the map, behind the camera
     /// and for NaN.
-    fn light(&self, point: &[f64; 3]) -> Result<F::Value> {
+    fn light(&self, pyramid: &Pyramid<LookupCursor<T>>, point: &[f64; 3]) -> Result<T> {
         let raster = match &self.world {
             Some(world) => world.project((*point).into())?.map(|raster| raster.to_array()),
             None => Some(*point),
         };
-        let Some(raster) = raster else { return Ok(dsm_core::Transmittance::CLEAR) };
+        let Some(raster) = raster else { return Ok(T::CLEAR) };
         let [x, y, depth] = raster.map(|coordinate| coordinate as f32);
         let receiver = Receiver { bias: self.bias, ..Receiver::new([x, y], depth) };
-        Ok(filtered_lookup(self.field, &receiver, &self.footprint)?)
+        Ok(pyramid.lookup(&receiver, &self.footprint, self.level)?)
     }
 }
