@@ -22,25 +22,26 @@ pub trait VisibilityField {
     /// If the pixel can't be read.
     fn evaluate(&self, pixel: [u32; 2], depth: f32) -> Result<Self::Value, Self::Error>;
 
-    /// Asks `visitor` for the depth of each pixel of `columns` in `row`, all
-    /// inside the field, from left to right, and hands it the values. A field
-    /// that keeps neighbours together overrides this to find them once; the
-    /// values are those of [`Self::evaluate`].
+    /// Asks `visitor` for the depth of each pixel of its block, row by row
+    /// from left to right, and hands it the values. A field that keeps
+    /// neighbours together overrides this to find them once; the values are
+    /// those of [`Self::evaluate`].
     ///
     /// # Errors
     ///
     /// The first error of [`Self::evaluate`]; the visitor was handed what
     /// came before.
     #[inline(always)]
-    fn evaluate_row(
+    fn evaluate_block(
         &self,
-        row: u32,
-        columns: Range<u32>,
-        visitor: &mut impl RowVisitor<Self::Value>,
+        visitor: &mut impl BlockVisitor<Self::Value>,
     ) -> Result<(), Self::Error> {
-        for column in columns {
-            if let Some(depth) = visitor.depth(column) {
-                visitor.take(self.evaluate([column, row], depth)?);
+        let [_, rows] = visitor.bounds();
+        for row in rows {
+            for column in visitor.columns(row) {
+                if let Some(depth) = visitor.depth(column) {
+                    visitor.take(self.evaluate([column, row], depth)?);
+                }
             }
         }
         Ok(())
@@ -61,20 +62,22 @@ impl<F: VisibilityField> VisibilityField for &F {
     }
 
     #[inline(always)]
-    fn evaluate_row(
-        &self,
-        row: u32,
-        columns: Range<u32>,
-        visitor: &mut impl RowVisitor<F::Value>,
-    ) -> Result<(), F::Error> {
-        (**self).evaluate_row(row, columns, visitor)
+    fn evaluate_block(&self, visitor: &mut impl BlockVisitor<F::Value>) -> Result<(), F::Error> {
+        (**self).evaluate_block(visitor)
     }
 }
 
-/// Says at which depths the pixels of a row are asked, and gets their values.
-pub trait RowVisitor<T> {
-    /// The depth at which the pixel in `column` is asked; `None` passes it
-    /// over.
+/// Says which pixels of a block are asked at which depths, and gets their
+/// values.
+pub trait BlockVisitor<T> {
+    /// The columns and rows that hold the whole block, all inside the field.
+    fn bounds(&self) -> [Range<u32>; 2];
+
+    /// Begins a row of the block: its columns, which lie within the bounds.
+    fn columns(&mut self, row: u32) -> Range<u32>;
+
+    /// The depth at which the pixel in `column` of the row that was begun
+    /// last is asked; `None` passes it over.
     fn depth(&mut self, column: u32) -> Option<f32>;
 
     /// The value of the pixel whose depth was asked for last.

@@ -1,9 +1,11 @@
 //! Filtered shadow lookups (Lokovic & Veach 2000, §3.4):
 //! V(x, y, z) = Σ wᵢⱼ Vᵢⱼ(z) / Σ wᵢⱼ over the pixels that the filter reaches.
 
-use super::field::{RowVisitor, VisibilityField};
+use std::ops::Range;
+
+use super::field::{BlockVisitor, VisibilityField};
 use super::footprint::{Ellipse, Footprint};
-use crate::{Receiver, Transmittance};
+use crate::{Filter, Receiver, Transmittance};
 
 /// The light that reaches `receiver`, averaged over `footprint`.
 ///
@@ -59,32 +61,10 @@ pub(super) fn average<F: VisibilityField>(
     let average = match *footprint {
         Footprint::Point => None,
         Footprint::Isotropic(filter) => {
-            let scale = 2.0 / f64::from(filter.width());
-            let shape = filter.shape();
-            let reach = 0.5 * f64::from(filter.width());
-            weighted_average(
-                field,
-                receiver,
-                reach,
-                |_| [-reach, reach],
-                |row, dy| {
-                    let row = cover(1, row) * shape.profile(dy * scale);
-                    move |column, dx| row * (cover(0, column) * shape.profile(dx * scale))
-                },
-            )?
+            weighted_average(field, receiver, Separable::new(filter, cover))?
         }
         Footprint::Elliptical { shape, axes } => {
-            let ellipse = &Ellipse::new(shape, axes);
-            weighted_average(
-                field,
-                receiver,
-                ellipse.height(),
-                |dy| ellipse.chord(dy),
-                |row, dy| {
-                    let row = cover(1, row);
-                    move |column, dx| row * cover(0, column) * ellipse.weight(dx, dy)
-                },
-            )?
+            weighted_average(field, receiver, Radial { ellipse: Ellipse::new(shape, axes), cover })?
         }
     };
     match average {
@@ -101,52 +81,154 @@ pub(super) fn average<F: VisibilityField>(
     }
 }
 
-/// The weighted average over the pixels whose centres lie within `reach` in y
-/// and, for the offset of a row, within a `chord` in x, on half-open
-/// intervals; `None` if all have weight 0. `row_weight` gives, for a row and
-/// its offset, the weights of columns and their offsets.
+/// How the pixels around a receiver are weighted, by their offsets from it.
+trait PixelWeights {
+    /// Half extents of the box outside of which no pixel has a weight; its
+    /// intervals are half-open.
+    fn reach(&self) -> [f64; 2];
+
+    /// The offsets in x between which the pixels of the row at `dy` can have
+    /// a weight.
+    fn chord(&self, dy: f64) -> [f64; 2];
+
+    /// What all weights of the row at `dy` have in common.
+    fn row(&self, row: u32, dy: f64) -> f64;
+
+    /// The rest of a pixel's weight.
+    fn pixel(&self, column: u32, offset: [f64; 2]) -> f64;
+}
+
+/// A separable filter.
+struct Separable<C> {
+    filter: Filter,
+    /// Takes offsets to [−1, 1].
+    scale: f64,
+    reach: f64,
+    cover: C,
+}
+
+impl<C> Separable<C> {
+    fn new(filter: Filter, cover: C) -> Self {
+        let width = f64::from(filter.width());
+        Self { filter, scale: 2.0 / width, reach: 0.5 * width, cover }
+    }
+}
+
+impl<C: Fn(usize, u32) -> f64> PixelWeights for Separable<C> {
+    fn reach(&self) -> [f64; 2] {
+        [self.reach; 2]
+    }
+
+    #[inline(always)]
+    fn chord(&self, _: f64) -> [f64; 2] {
+        [-self.reach, self.reach]
+    }
+
+    #[inline(always)]
+    fn row(&self, row: u32, dy: f64) -> f64 {
+        (self.cover)(1, row) * self.filter.shape().profile(dy * self.scale)
+    }
+
+    #[inline(always)]
+    fn pixel(&self, column: u32, [dx, _]: [f64; 2]) -> f64 {
+        (self.cover)(0, column) * self.filter.shape().profile(dx * self.scale)
+    }
+}
+
+/// An ellipse.
+struct Radial<C> {
+    ellipse: Ellipse,
+    cover: C,
+}
+
+impl<C: Fn(usize, u32) -> f64> PixelWeights for Radial<C> {
+    fn reach(&self) -> [f64; 2] {
+        self.ellipse.reach()
+    }
+
+    #[inline(always)]
+    fn chord(&self, dy: f64) -> [f64; 2] {
+        self.ellipse.chord(dy)
+    }
+
+    #[inline(always)]
+    fn row(&self, row: u32, _: f64) -> f64 {
+        (self.cover)(1, row)
+    }
+
+    #[inline(always)]
+    fn pixel(&self, column: u32, [dx, dy]: [f64; 2]) -> f64 {
+        (self.cover)(0, column) * self.ellipse.weight(dx, dy)
+    }
+}
+
+/// The weighted average over the pixels that have a weight; `None` if there
+/// is none.
 #[inline(always)]
-fn weighted_average<F: VisibilityField, W: Fn(u32, f64) -> f64>(
+fn weighted_average<F: VisibilityField>(
     field: &F,
     receiver: &Receiver,
-    reach: f64,
-    chord: impl Fn(f64) -> [f64; 2],
-    row_weight: impl Fn(u32, f64) -> W,
+    weights: impl PixelWeights,
 ) -> Result<Option<F::Value>, F::Error> {
-    let size = field.size();
-    let pixels = |axis: usize, [start, end]: [f64; 2]| {
-        let centre = f64::from(receiver.position[axis]);
-        let pixel = |edge: f64| ((edge - 0.5).floor() + 1.0).clamp(0.0, f64::from(size[axis]));
-        pixel(centre + start) as u32..pixel(centre + end) as u32
-    };
-    let mut mean = WeightedMean::<F::Value>::new();
-    for row in pixels(1, [-reach, reach]) {
-        let dy = receiver.offset(1, row);
-        let weight = row_weight(row, dy);
-        let mut visitor = WeightedRow { receiver, dy, weight, asked: 0.0, mean: &mut mean };
-        field.evaluate_row(row, pixels(0, chord(dy)), &mut visitor)?;
-    }
-    Ok(mean.finish())
+    let (size, reach) = (field.size(), weights.reach());
+    let bounds =
+        [0, 1].map(|axis| pixels_between(receiver, axis, [-reach[axis], reach[axis]], size[axis]));
+    let mean = WeightedMean::<F::Value>::new();
+    let mut block =
+        WeightedBlock { receiver, weights, bounds, dy: 0.0, row: 0.0, asked: 0.0, mean };
+    field.evaluate_block(&mut block)?;
+    Ok(block.mean.finish())
 }
 
-/// Adds the pixels of a row to a mean, each with its weight.
-struct WeightedRow<'a, T: Transmittance, W> {
+/// The pixels along an axis whose centres lie within half-open offsets from
+/// the receiver.
+#[inline(always)]
+fn pixels_between(
+    receiver: &Receiver,
+    axis: usize,
+    [start, end]: [f64; 2],
+    size: u32,
+) -> Range<u32> {
+    let centre = f64::from(receiver.position[axis]);
+    let pixel = |edge: f64| ((edge - 0.5).floor() + 1.0).clamp(0.0, f64::from(size));
+    pixel(centre + start) as u32..pixel(centre + end) as u32
+}
+
+/// Adds the pixels around a receiver to a mean, each with its weight.
+struct WeightedBlock<'a, T: Transmittance, W> {
     receiver: &'a Receiver,
+    weights: W,
+    bounds: [Range<u32>; 2],
     /// The row's offset from the receiver.
     dy: f64,
-    weight: W,
+    /// What all weights of the row have in common.
+    row: f64,
     /// The weight of the pixel that is asked.
     asked: f64,
-    mean: &'a mut WeightedMean<T>,
+    mean: WeightedMean<T>,
 }
 
-impl<T: Transmittance, W: Fn(u32, f64) -> f64> RowVisitor<T> for WeightedRow<'_, T, W> {
+impl<T: Transmittance, W: PixelWeights> BlockVisitor<T> for WeightedBlock<'_, T, W> {
+    #[inline(always)]
+    fn bounds(&self) -> [Range<u32>; 2] {
+        self.bounds.clone()
+    }
+
+    #[inline(always)]
+    fn columns(&mut self, row: u32) -> Range<u32> {
+        self.dy = self.receiver.offset(1, row);
+        self.row = self.weights.row(row, self.dy);
+        let Range { start, end } = self.bounds[0];
+        let chord = pixels_between(self.receiver, 0, self.weights.chord(self.dy), end);
+        start.max(chord.start)..chord.end
+    }
+
     #[inline(always)]
     fn depth(&mut self, column: u32) -> Option<f32> {
-        let dx = self.receiver.offset(0, column);
-        self.asked = (self.weight)(column, dx);
+        let offset = [self.receiver.offset(0, column), self.dy];
+        self.asked = self.row * self.weights.pixel(column, offset);
         if self.asked > 0.0 {
-            let depth = self.receiver.depth_at([dx, self.dy]);
+            let depth = self.receiver.depth_at(offset);
             if depth.is_none() {
                 self.take(T::CLEAR);
             }

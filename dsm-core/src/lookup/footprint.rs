@@ -104,9 +104,9 @@ impl Ellipse {
         }
     }
 
-    /// Half the height of the bounding box.
-    pub(super) const fn height(&self) -> f64 {
-        self.reach[1]
+    /// Half extents of the bounding box.
+    pub(super) const fn reach(&self) -> [f64; 2] {
+        self.reach
     }
 
     /// The offsets in x between which the ellipse has a weight in the row at

@@ -5,7 +5,7 @@ use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
-use dsm_core::{PixelListsView, RowVisitor, Transmittance, VisibilityField};
+use dsm_core::{BlockVisitor, PixelListsView, Transmittance, VisibilityField};
 
 use super::map::CachedMap;
 use super::tile::CachedTile;
@@ -154,39 +154,98 @@ impl<T: Transmittance> VisibilityField for LookupCursor<T> {
         })
     }
 
-    /// As [`Self::evaluate`]; finds each tile once.
+    /// As [`Self::evaluate`]; finds a tile that holds the whole block once.
     #[inline(always)]
-    fn evaluate_row(
-        &self,
-        row: u32,
-        columns: Range<u32>,
-        visitor: &mut impl RowVisitor<T>,
-    ) -> Result<()> {
-        if row >= self.size[1] || columns.end > self.size[0] {
-            return Err(Self::outside([columns.end.saturating_sub(1), row]));
+    fn evaluate_block(&self, visitor: &mut impl BlockVisitor<T>) -> Result<()> {
+        let [columns, rows] = visitor.bounds();
+        if columns.is_empty() || rows.is_empty() {
+            return Ok(());
         }
-        let (tile_row, y) = self.rows.split(row);
-        let mut column = columns.start;
-        while column < columns.end {
-            // No tile is fetched for pixels that are passed over.
-            let Some(depth) = visitor.depth(column) else {
-                column += 1;
-                continue;
-            };
-            let (tile_column, x) = self.columns.split(column);
-            let end = columns.end.min(column - x + self.columns.size);
-            self.with_tile([tile_column, tile_row], |pixels| match pixels {
-                None => ((), visit_run(column..end, depth, visitor, |_, _| T::CLEAR)),
-                Some(pixels) => {
-                    let first = y as usize * pixels.width() as usize + x as usize;
-                    let at = |ahead, depth| pixels.function(first + ahead).at(depth);
-                    ((), visit_run(column..end, depth, visitor, at))
+        if columns.end > self.size[0] || rows.end > self.size[1] {
+            return Err(Self::outside([columns.end - 1, rows.end - 1]));
+        }
+        let ((tile_column, x), (tile_row, y)) =
+            (self.columns.split(columns.start), self.rows.split(rows.start));
+        let tile = [tile_column, tile_row];
+        let is_whole = columns.len() as u32 <= self.columns.size - x
+            && rows.len() as u32 <= self.rows.size - y;
+        let slot = &self.slots[slot_of(tile)];
+        let held = slot.replace(Slot::VACANT);
+        if !is_whole || held.tile != tile {
+            slot.set(held);
+            return self.evaluate_rows([columns, rows], visitor);
+        }
+        let mut asked = 0;
+        if let Some(pixels) = &held.pixels {
+            let pixels = pixels.view();
+            let width = pixels.width() as usize;
+            // The tile's corner.
+            let origin = [columns.start - x, rows.start - y];
+            for row in rows {
+                let first = (row - origin[1]) as usize * width;
+                for column in within(&columns, visitor.columns(row)) {
+                    if let Some(depth) = visitor.depth(column) {
+                        let pixel = first + (column - origin[0]) as usize;
+                        visitor.take(pixels.function(pixel).at(depth));
+                        asked += 1;
+                    }
                 }
-            })?;
-            column = end;
+            }
+        } else {
+            for row in rows {
+                for column in within(&columns, visitor.columns(row)) {
+                    if visitor.depth(column).is_some() {
+                        visitor.take(T::CLEAR);
+                        asked += 1;
+                    }
+                }
+            }
+        }
+        slot.set(held);
+        self.hits.update(|hits| hits + asked);
+        Ok(())
+    }
+}
+
+impl<T: Transmittance> LookupCursor<T> {
+    /// As [`Self::evaluate_block`], for blocks over several tiles or over
+    /// one that is not held: finds each tile once a row.
+    #[inline(never)]
+    fn evaluate_rows(
+        &self,
+        [columns, rows]: [Range<u32>; 2],
+        visitor: &mut impl BlockVisitor<T>,
+    ) -> Result<()> {
+        for row in rows {
+            let (tile_row, y) = self.rows.split(row);
+            let Range { start: mut column, end } = within(&columns, visitor.columns(row));
+            while column < end {
+                // No tile is fetched for pixels that are passed over.
+                let Some(depth) = visitor.depth(column) else {
+                    column += 1;
+                    continue;
+                };
+                let (tile_column, x) = self.columns.split(column);
+                let run = column..end.min(column - x + self.columns.size);
+                column = run.end;
+                self.with_tile([tile_column, tile_row], |pixels| match pixels {
+                    None => ((), visit_run(run, depth, visitor, |_, _| T::CLEAR)),
+                    Some(pixels) => {
+                        let first = y as usize * pixels.width() as usize + x as usize;
+                        let at = |ahead, depth| pixels.function(first + ahead).at(depth);
+                        ((), visit_run(run, depth, visitor, at))
+                    }
+                })?;
+            }
         }
         Ok(())
     }
+}
+
+/// What a range has in common with its bounds: a visitor may be anybody's.
+#[inline(always)]
+fn within(bounds: &Range<u32>, range: Range<u32>) -> Range<u32> {
+    range.start.max(bounds.start)..range.end.min(bounds.end)
 }
 
 /// Hands `visitor` the values of a run of pixels, of which the first is asked
@@ -196,7 +255,7 @@ impl<T: Transmittance> VisibilityField for LookupCursor<T> {
 fn visit_run<T>(
     columns: Range<u32>,
     depth: f32,
-    visitor: &mut impl RowVisitor<T>,
+    visitor: &mut impl BlockVisitor<T>,
     at: impl Fn(usize, f32) -> T,
 ) -> u64 {
     let (mut column, mut next, mut asked) = (columns.start, Some(depth), 0);
