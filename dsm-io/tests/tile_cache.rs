@@ -5,17 +5,18 @@
 
 use std::cell::Cell;
 use std::fmt::Debug;
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use dsm_core::{
-    DeepMap, Filter, FilterShape, Footprint, MapInfo, PixelListsBuilder, Receiver, Rgb,
-    Transmittance, Vertex, VisibilityField, filtered_lookup,
+    BlockVisitor, DeepMap, Filter, FilterShape, Footprint, LevelChoice, MapInfo, PixelListsBuilder,
+    Pyramid, Receiver, Rgb, Transmittance, Vertex, VisibilityField, filtered_lookup,
 };
 use dsm_io::{
-    AchievedError, Block, Container, Error, Limits, MapReader, Memory, Metadata, Source, TileCache,
-    TileId, WriteOptions, write_map,
+    AchievedError, Block, Container, Error, Level, Limits, LookupCursor, MapReader, MapWriter,
+    Memory, Metadata, Source, TileCache, TileId, WriteOptions, write_map,
 };
 
 const SIZE: [u32; 2] = [150, 100];
@@ -89,6 +90,33 @@ impl<F: VisibilityField> VisibilityField for Counted<'_, F> {
         self.1.set(self.1.get() + 1);
         self.0.evaluate(pixel, depth)
     }
+
+    fn evaluate_block(&self, visitor: &mut impl BlockVisitor<F::Value>) -> Result<(), F::Error> {
+        self.0.evaluate_block(&mut CountedBlock(visitor, &self.1))
+    }
+}
+
+/// A visitor that counts what it asks.
+struct CountedBlock<'a, V>(&'a mut V, &'a Cell<u64>);
+
+impl<T, V: BlockVisitor<T>> BlockVisitor<T> for CountedBlock<'_, V> {
+    fn bounds(&self) -> [Range<u32>; 2] {
+        self.0.bounds()
+    }
+
+    fn columns(&mut self, row: u32) -> Range<u32> {
+        self.0.columns(row)
+    }
+
+    fn depth(&mut self, column: u32) -> Option<f32> {
+        let depth = self.0.depth(column);
+        self.1.set(self.1.get() + u64::from(depth.is_some()));
+        depth
+    }
+
+    fn take(&mut self, value: T) {
+        self.0.take(value);
+    }
 }
 
 fn bits<T: Transmittance>(value: T) -> Vec<u32> {
@@ -108,8 +136,10 @@ where
 {
     let field = Counted(field, Cell::new(0));
     let filter = |shape, width| Footprint::Isotropic(Filter::new(shape, width).unwrap());
-    let footprints =
-        [Footprint::Point, filter(FilterShape::Box, 3.0), filter(FilterShape::Tent, 4.0)];
+    let slanted =
+        Footprint::Elliptical { shape: FilterShape::Gaussian, axes: [[9.0, 6.0], [-1.0, 1.5]] };
+    let (narrow, tent) = (filter(FilterShape::Box, 3.0), filter(FilterShape::Tent, 4.0));
+    let footprints = [Footprint::Point, narrow, Footprint::Point, narrow, slanted, tent];
     let mut random = Random(seed);
     let size = SIZE.map(|size| size as f32);
     let mut at = [0.0; 2];
@@ -120,7 +150,7 @@ where
         at =
             [0, 1].map(|axis| (at[axis] + 4.0 * random.next() - 2.0).clamp(0.0, size[axis] - 0.01));
         let receiver = Receiver::new(at, 4.0 * random.next());
-        let footprint = footprints[[0, 0, 1, 0, 0, 2][lookup as usize % 6]];
+        let footprint = footprints[lookup as usize % 6];
         let Ok(expected) = filtered_lookup(map, &receiver, &footprint);
         let found = filtered_lookup(&field, &receiver, &footprint).unwrap();
         assert_eq!(bits(found), bits(expected), "{receiver:?}");
@@ -330,4 +360,152 @@ fn what_is_not_there_is_an_error() {
     for pixel in [[SIZE[0], 0], [0, SIZE[1]], [u32::MAX; 2]] {
         assert!(matches!(cursor.evaluate(pixel, 1.0), Err(Error::Caller(_))), "{pixel:?}");
     }
+}
+
+/// The pixels of level `k` from those of level 0: the first of each square.
+fn thinned<T: Transmittance>(map: &DeepMap<T>, k: u32) -> DeepMap<T> {
+    let [width, height] = SIZE.map(|side| side.div_ceil(1 << k));
+    let mut pixels = PixelListsBuilder::new(width, height);
+    for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
+        map.pixel(x << k, y << k).vertices().for_each(|vertex| pixels.push(vertex));
+        pixels.finish_pixel().unwrap();
+    }
+    DeepMap::new(*map.info(), pixels.finish().unwrap())
+}
+
+/// Cuts a level into tiles.
+fn write_level<T: Transmittance>(writer: &mut MapWriter, index: u32, map: &DeepMap<T>) {
+    let level = writer.levels()[index as usize];
+    let [columns, rows] = level.tiles();
+    for (y, x) in (0..rows).flat_map(|y| (0..columns).map(move |x| (y, x))) {
+        let rect = level.tile_rect(x, y).unwrap();
+        let mut tile = PixelListsBuilder::<T>::new(rect.width, rect.height);
+        for (row, column) in (0..rect.height).flat_map(|y| (0..rect.width).map(move |x| (y, x))) {
+            let pixel = map.pixel(rect.x + column, rect.y + row);
+            pixel.vertices().for_each(|vertex| tile.push(vertex));
+            tile.finish_pixel().unwrap();
+        }
+        let tile = tile.finish().unwrap();
+        writer.write_tile(TileId::new(index, x, y), tile.view(), AchievedError::NONE).unwrap();
+    }
+}
+
+fn levels_equal_the_map_in_memory<T: Transmittance>(lookups: u32) {
+    let base = map::<T>(10);
+    let levels: Vec<_> = (0..=8).map(|k| thinned(&base, k)).collect();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("map.dsm");
+    let metadata = Metadata::new(SIZE[0], SIZE[1], T::CHANNELS as u8, *base.info());
+    let options = WriteOptions::default().with_tile_size(TILE);
+    let mut writer = MapWriter::create(&path, metadata, options).unwrap();
+    for (level, number) in levels.iter().zip(0..) {
+        if number > 0 {
+            let [width, height] = level.size();
+            writer.add_level(Level { number, ..Level::new(width, height, TILE, 0.0) }).unwrap();
+        }
+        write_level(&mut writer, number, level);
+    }
+    writer.finish().unwrap();
+    let cached = TileCache::new(1 << 20).open::<T>(&path, &Limits::default()).unwrap();
+    let (through_cache, in_memory) = (cached.pyramid().unwrap(), Pyramid::new(levels).unwrap());
+    assert_eq!(through_cache.levels().len(), 9);
+    let mut random = Random(11);
+    for lookup in 0..lookups {
+        let receiver = Receiver {
+            depth_gradient: [random.next() * 0.1, random.next() * 0.1 - 0.05],
+            ..Receiver::new(SIZE.map(|side| random.next() * side as f32), 4.0 * random.next())
+        };
+        let width = (random.next() * 8.0).exp2().max(2.0);
+        let shape =
+            [FilterShape::Box, FilterShape::Tent, FilterShape::Gaussian][lookup as usize % 3];
+        let footprint = match lookup % 8 {
+            0 => Footprint::Point,
+            1 => Footprint::Elliptical { shape, axes: [[width, 0.5 * width], [-1.0, 2.0]] },
+            _ => Footprint::Isotropic(Filter::new(shape, width).unwrap()),
+        };
+        let choice = match lookup % 5 {
+            0 => LevelChoice::Fixed(f64::from(random.next() * 9.0).max(4.0)),
+            _ => LevelChoice::Auto,
+        };
+        let Ok(expected) = in_memory.lookup(&receiver, &footprint, choice);
+        let found = through_cache.lookup(&receiver, &footprint, choice).unwrap();
+        assert_eq!(bits(found), bits(expected), "{receiver:?} {footprint:?} {choice:?}");
+    }
+}
+
+#[test]
+fn all_levels_equal_the_map_in_memory() {
+    levels_equal_the_map_in_memory::<f32>(20_000);
+    levels_equal_the_map_in_memory::<Rgb>(5_000);
+}
+
+#[test]
+fn levels_that_are_no_pyramid_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("map.dsm");
+    let metadata = Metadata::new(SIZE[0], SIZE[1], 1, MapInfo::default());
+    let mut writer = MapWriter::create(&path, metadata, WriteOptions::default()).unwrap();
+    writer.add_level(Level { number: 1, ..Level::new(74, 50, 64, 0.0) }).unwrap();
+    writer.finish().unwrap();
+    let cached = TileCache::new(0).open::<f32>(&path, &Limits::default()).unwrap();
+    let refused = cached.pyramid().unwrap_err().to_string();
+    assert!(refused.contains("map.dsm: level 1 of a pyramid: its sides"), "{refused}");
+}
+
+/// Asks for the diagonal of a square, and its own cursor for the first pixel
+/// of each row meanwhile.
+struct Diagonal<'a> {
+    cursor: &'a LookupCursor<f32>,
+    bounds: [Range<u32>; 2],
+    row: u32,
+    taken: Vec<f32>,
+}
+
+impl BlockVisitor<f32> for Diagonal<'_> {
+    fn bounds(&self) -> [Range<u32>; 2] {
+        self.bounds.clone()
+    }
+
+    fn columns(&mut self, row: u32) -> Range<u32> {
+        self.row = row;
+        // Wider than the bounds.
+        0..u32::MAX
+    }
+
+    fn depth(&mut self, column: u32) -> Option<f32> {
+        let [columns, rows] = &self.bounds;
+        assert!(columns.contains(&column));
+        (column - columns.start == self.row - rows.start).then_some(2.0)
+    }
+
+    fn take(&mut self, value: f32) {
+        self.taken.push(value);
+        let [columns, rows] = &self.bounds;
+        self.cursor.evaluate([columns.start, rows.start], 1.0).unwrap();
+    }
+}
+
+#[test]
+fn a_block_fetches_only_tiles_that_it_asks() {
+    let (map, reader) = written::<f32>(12, Block::Plain);
+    let cache = TileCache::new(1 << 20);
+    let cursor = cache.insert::<f32>(reader).unwrap().cursor();
+    // Over 2 × 2 tiles, of which the diagonal meets 2; then within one of
+    // those, which is held.
+    for (start, end) in [(59, 67), (54, 60)] {
+        let bounds = [start..end, start..end];
+        let mut diagonal = Diagonal { cursor: &cursor, bounds, row: 0, taken: vec![] };
+        cursor.evaluate_block(&mut diagonal).unwrap();
+        let expected: Result<Vec<_>, _> = (start..end).map(|i| map.evaluate([i, i], 2.0)).collect();
+        assert_eq!(Ok(diagonal.taken), expected);
+        cursor.release();
+        assert_eq!(cache.statistics().loads, 2);
+        assert!(cursor.evaluate([start, start], 1.0).is_ok());
+    }
+    let statistics = cache.statistics();
+    assert_eq!((statistics.misses, statistics.hits), (2, 2 * (8 + 6) + 2 - 2));
+    let bounds = [SIZE[0] - 1..SIZE[0] + 1, 0..1];
+    let mut outside = Diagonal { cursor: &cursor, bounds, row: 0, taken: vec![] };
+    assert!(matches!(cursor.evaluate_block(&mut outside), Err(Error::Caller(_))));
+    assert!(outside.taken.is_empty());
 }

@@ -5,11 +5,12 @@ use std::io::Read;
 use std::process::Stdio;
 
 use dsm_core::{
-    DeepMap, Filter, FilterShape, Footprint, MapInfo, Receiver, Transmittance, filtered_lookup,
+    DeepMap, Filter, FilterShape, Footprint, LevelChoice, MapInfo, Pyramid, Receiver,
+    Transmittance, filtered_lookup,
 };
 use serde_json::Value;
 
-use crate::maps::{Folder, SIZE, full_info, mono, rgb, world};
+use crate::maps::{Folder, SIZE, full_info, levels, mono, rgb, world, write_levels};
 use crate::run;
 use crate::run::program;
 
@@ -49,14 +50,25 @@ fn check<T: Transmittance>(
     footprint: &Footprint,
     bias: f32,
 ) {
+    check_lines(answer, points, |point| {
+        let receiver = Receiver { bias, ..point };
+        filtered_lookup(map, &receiver, footprint).unwrap()
+    });
+}
+
+#[track_caller]
+fn check_lines<T: Transmittance>(
+    answer: &str,
+    points: &[[f64; 3]],
+    expected: impl Fn(Receiver) -> T,
+) {
     let mut lines = answer.lines();
     assert_eq!(lines.next(), Some(if T::CHANNELS == 1 { "v" } else { "r,g,b" }));
     let lines: Vec<_> = lines.collect();
     assert_eq!(lines.len(), points.len());
     for (line, point) in lines.into_iter().zip(points) {
         let [x, y, depth] = point.map(|coordinate| coordinate as f32);
-        let receiver = Receiver { bias, ..Receiver::new([x, y], depth) };
-        let light = filtered_lookup(map, &receiver, footprint).unwrap();
+        let light = expected(Receiver::new([x, y], depth));
         let light: Vec<_> = (0..T::CHANNELS).map(|channel| light.channel(channel)).collect();
         assert_eq!(numbers(line), light, "{point:?}");
     }
@@ -86,6 +98,66 @@ fn in_raster_space<T: Transmittance>(map: &DeepMap<T>) {
         let answer = run::Answer::from(call.output().unwrap()).stdout();
         check(map, &answer, &points, &footprint, bias);
     }
+}
+
+fn over_levels<T: Transmittance>(map: &DeepMap<T>) {
+    let (folder, levels) = (Folder::new(), levels(map));
+    let path = folder.path("map.dsm");
+    write_levels(&path, &levels);
+    let pyramid = Pyramid::new(levels).unwrap();
+    let points = points(500);
+    let file = folder.write("points.csv", csv(&points));
+    let filter = |shape, width| Footprint::Isotropic(Filter::new(shape, width).unwrap());
+    for (switches, footprint) in [
+        (&[][..], Footprint::Point),
+        (&["--filter", "box", "--width", "5"], filter(FilterShape::Box, 5.0)),
+        (&["--filter", "tent", "--width", "3"], filter(FilterShape::Tent, 3.0)),
+    ] {
+        for (level, choice) in [
+            ("0", LevelChoice::Fixed(0.0)),
+            ("1", LevelChoice::Fixed(1.0)),
+            ("2.25", LevelChoice::Fixed(2.25)),
+            ("3", LevelChoice::Fixed(3.0)),
+            ("auto", LevelChoice::Auto),
+        ] {
+            let mut call = program(["lookup", "--space", "raster", "--level", level]);
+            call.arg(&path).arg("--points").arg(&file).args(switches);
+            let answer = run::Answer::from(call.output().unwrap()).stdout();
+            check_lines(&answer, &points, |receiver| {
+                let Ok(light) = pyramid.lookup(&receiver, &footprint, choice);
+                light
+            });
+        }
+    }
+}
+
+#[test]
+fn levels_answer_as_in_memory() {
+    over_levels(&mono(MapInfo::default()));
+    over_levels(&rgb(MapInfo::default()));
+}
+
+#[test]
+fn a_level_that_is_not_there_is_refused() {
+    let folder = Folder::new();
+    let (flat, path) = (folder.map("flat.dsm", &mono(MapInfo::default())), folder.path("map.dsm"));
+    write_levels(&path, &levels(&mono(MapInfo::default())));
+    let file = folder.write("points.csv", "x,y,z\n1,2,9\n");
+    for (map, level, reason) in [
+        (&flat, "1", "flat.dsm: there is no level 1: the map has one level, 0"),
+        (&path, "4", "map.dsm: there is no level 4: the map has 4 levels, 0 to 3"),
+        (&path, "3.5", "map.dsm: there is no level 3.5: the map has 4 levels, 0 to 3"),
+    ] {
+        let refused = run!("lookup", map, "--points", file, "--space", "raster", "--level", level);
+        assert!(refused.refusal().ends_with(reason), "{refused:?}");
+        assert_eq!(refused.stdout, "");
+    }
+    // The coarsest level there is serves any width.
+    let wide = ["--filter", "box", "--width", "99", "--level", "auto"];
+    let mut call = program(["lookup", "--space", "raster", "--points"]);
+    call.arg(&file).arg(&flat).args(wide);
+    let light = run::Answer::from(call.output().unwrap()).stdout();
+    assert!(light.lines().nth(1).is_some_and(|light| numbers(light)[0] < 1.0), "{light}");
 }
 
 #[test]
@@ -236,6 +308,9 @@ fn filters_and_widths_must_fit() {
     lookup(&["--filter", "tent", "--width", "1.5"]).is_wrong_usage("at least 2 pixels");
     for width in ["0.5", "-1", "nan", "inf", "wide"] {
         lookup(&["--filter", "box", "--width", width]).is_wrong_usage("");
+    }
+    for level in ["-1", "nan", "inf", "fine"] {
+        lookup(&["--level", level]).is_wrong_usage("must be auto or a number, at least 0");
     }
     lookup(&["--filter", "cubic"]).is_wrong_usage("cubic");
     lookup(&["--bias", "nan"]).is_wrong_usage("finite");

@@ -6,7 +6,9 @@ use dsm_core::{
     DeepMap, Filter, FilterShape, MapInfo, PixelListsBuilder, PixelWindow, Rgb, ShadowCamera,
     Tolerance, Transmittance, Vertex,
 };
-use dsm_io::{AchievedError, Attribute, Block, Metadata, WriteOptions, write_map};
+use dsm_io::{
+    AchievedError, Attribute, Block, Level, MapWriter, Metadata, TileId, WriteOptions, write_map,
+};
 use glam::{Mat4, Vec4};
 use tempfile::TempDir;
 
@@ -98,4 +100,35 @@ fn write<T: Transmittance>(path: &Path, map: &DeepMap<T>) {
     let options = WriteOptions::default().with_tile_size(4).with_block(Block::Zstd);
     let error = AchievedError { max: map.info().tolerance.epsilon() / 2.0, mean: 0.0 };
     write_map(path, metadata, map, error, options).unwrap();
+}
+
+/// A map's pyramid: the first pixel of each square, down to 1 × 1.
+pub(crate) fn levels<T: Transmittance>(map: &DeepMap<T>) -> Vec<DeepMap<T>> {
+    let mut levels = vec![map.clone()];
+    for k in 1..4 {
+        let [width, height] = SIZE.map(|side| side.div_ceil(1 << k));
+        let mut pixels = PixelListsBuilder::new(width, height);
+        for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
+            map.pixel(x << k, y << k).vertices().for_each(|vertex| pixels.push(vertex));
+            pixels.finish_pixel().unwrap();
+        }
+        levels.push(DeepMap::new(*map.info(), pixels.finish().unwrap()));
+    }
+    levels
+}
+
+/// Writes a pyramid, each level in one tile.
+pub(crate) fn write_levels<T: Transmittance>(path: &Path, levels: &[DeepMap<T>]) {
+    let metadata = Metadata::new(SIZE[0], SIZE[1], T::CHANNELS as u8, *levels[0].info());
+    let options = WriteOptions::default().with_tile_size(8);
+    let mut writer = MapWriter::create(path, metadata, options).unwrap();
+    for (level, number) in levels.iter().zip(0..) {
+        let pixels = level.pixels().view();
+        if number > 0 {
+            let level = Level::new(pixels.width(), pixels.height(), 8, 0.1);
+            writer.add_level(Level { number, ..level }).unwrap();
+        }
+        writer.write_tile(TileId::new(number, 0, 0), pixels, AchievedError::NONE).unwrap();
+    }
+    writer.finish().unwrap();
 }
