@@ -1,4 +1,8 @@
-//! Contracts across the libraries: see the tests of this package.
+//! Contracts across the libraries: see the tests of this package, which share
+//! what stands here.
+
+pub mod forge;
+pub mod fuzz;
 
 /// The README's example compiles.
 #[cfg(doctest)]

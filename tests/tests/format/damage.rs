@@ -3,7 +3,7 @@
 use dsm_io::{Block, Limits, MapReader};
 
 use crate::examples::{coloured, document, mono};
-use crate::forge::Forge;
+use dsm_tests::forge::Forge;
 
 /// Everything that is wrong with a file.
 fn problems(bytes: Vec<u8>) -> Vec<String> {

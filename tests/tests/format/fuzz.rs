@@ -1,28 +1,12 @@
 //! No bytes make the reader panic, hang or take memory without limit.
 
-use dsm_core::Rgb;
-use dsm_io::{Block, Limits, MapReader};
+use dsm_io::Block;
+use dsm_tests::fuzz::read_everything;
 use proptest::prelude::*;
 
 use crate::examples::{coloured, document, mono};
-use crate::forge::Forge;
 use crate::pixels::config;
-
-/// Everything that a reader can be asked for.
-fn read(bytes: Vec<u8>) {
-    let mut limits = Limits::default();
-    limits.max_pixels = 1 << 16;
-    limits.max_chunk_bytes = 1 << 20;
-    if let Ok(reader) = MapReader::from_bytes(bytes, &limits) {
-        let sound = reader.verify().is_empty();
-        for level in 0..=reader.levels().len() as u32 {
-            let read =
-                [reader.read_map::<f32>(level).map(drop), reader.read_map::<Rgb>(level).map(drop)];
-            let exists = (level as usize) < reader.levels().len();
-            assert!(!sound || !exists || read.iter().any(Result::is_ok), "{read:?}");
-        }
-    }
-}
+use dsm_tests::forge::Forge;
 
 #[derive(Clone, Debug)]
 enum Value {
@@ -83,12 +67,12 @@ proptest! {
             };
             forge.0[at..at + bytes.len()].copy_from_slice(&bytes);
         }
-        read(forge.sign());
+        read_everything(forge.sign());
     }
 
     #[test]
     fn any_bytes_behind_the_magic(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
         let start = document().bytes()[..16].to_vec();
-        read([start, bytes].concat());
+        read_everything([start, bytes].concat());
     }
 }

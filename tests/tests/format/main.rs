@@ -6,7 +6,6 @@
 mod atomicity;
 mod damage;
 mod examples;
-mod forge;
 mod fuzz;
 mod golden;
 mod metadata;

@@ -5,7 +5,7 @@ use std::path::Path;
 use dsm_io::{Limits, MapReader, TileId};
 
 use crate::examples::document;
-use crate::forge::crc32c;
+use dsm_tests::forge::crc32c;
 
 fn specification() -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/format/dsm-1.md");

@@ -7,7 +7,7 @@ use dsm_io::{
 };
 
 use crate::examples::{coloured, document, mono};
-use crate::forge::Forge;
+use dsm_tests::forge::Forge;
 
 fn bare_error(error: Error) -> Error {
     match error {

@@ -1,0 +1,33 @@
+//! A whole OpenEXR file.
+
+use dsm_io::{DeepExrReader, MapSource, compare};
+
+use super::limits;
+
+/// Reads all rows, in bands of 7, and makes visibility functions of them.
+///
+/// # Panics
+///
+/// If a file differs from itself.
+pub fn deep_exr(bytes: &[u8]) -> bool {
+    let open = || DeepExrReader::from_bytes(bytes, None, &limits());
+    let Ok(mut reader) = open() else { return false };
+    let height = reader.header().height;
+    let mut all_read = true;
+    for first in (0..height).step_by(7) {
+        match reader.read_rows(first..height.min(first + 7)) {
+            Ok(rows) => {
+                for pixel in 0..rows.pixel_count() {
+                    assert!(rows.z().get(rows.pixel(pixel)).is_some());
+                }
+            }
+            Err(_) => all_read = false,
+        }
+    }
+    let (Ok(first), Ok(second)) = (open(), open()) else { return false };
+    let [mut first, mut second] = [first, second].map(|reader| MapSource::Image(Box::new(reader)));
+    let difference = compare(&mut first, &mut second, |_| ());
+    let same = difference.as_ref().is_ok_and(|found| all_read && found.max() == 0.0);
+    assert!(same || difference.is_err(), "{difference:?}");
+    difference.is_ok()
+}

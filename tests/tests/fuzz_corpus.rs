@@ -1,0 +1,24 @@
+//! The inputs that fuzzing found worth keeping, through its targets.
+
+use std::fs;
+use std::path::Path;
+
+use dsm_tests::fuzz::TARGETS;
+
+#[test]
+fn kept_inputs_are_read_or_refused() {
+    for (name, target) in TARGETS {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/fuzz").join(name);
+        let (mut inputs, mut accepted) = (0, 0);
+        for file in fs::read_dir(&folder).unwrap() {
+            let path = file.unwrap().path();
+            let bytes = fs::read(&path).unwrap();
+            let outcome = std::panic::catch_unwind(|| target(&bytes));
+            assert!(outcome.is_ok(), "{}", path.display());
+            accepted += usize::from(outcome.is_ok_and(|accepted| accepted));
+            inputs += 1;
+        }
+        assert!(inputs >= 10, "{} holds {inputs}", folder.display());
+        assert!(accepted >= 3, "{name}: {accepted} of {inputs} accepted");
+    }
+}
