@@ -1,5 +1,6 @@
-//! The weighted sum of many transmittance functions in one pass
-//! (Lokovic & Veach 2000, equation 1 and §5.1).
+//! The weighted sum of many functions of depth in one pass (Lokovic & Veach
+//! 2000, equation 1 and §5.1): of the transmittance functions of a pixel's
+//! samples, or of the visibility functions of pixels (§5.3).
 
 use super::compensated::RunningSum;
 use super::depth_sort::sort_by_depth;
@@ -7,10 +8,12 @@ use super::exact_sum::ExactSum;
 use super::transmittance_function::TransmittanceFunction;
 use super::vertex::{SumVertex, Vertex};
 use super::vertex_writer::VertexWriter;
+use crate::polyline::Polyline;
 use crate::{Transmittance, VisibilityFunction};
 
 /// Adds up the transmittance functions of one pixel after the other, and keeps
-/// its memory in between.
+/// its memory in between. Pixels of coarser mip levels are sums of the same
+/// kind, of visibility functions (§5.3).
 ///
 /// The sum runs along z with its value and slope, which every vertex of every
 /// function changes a little: O(n log n) for n vertices, as in §5.1 of
@@ -20,7 +23,9 @@ use crate::{Transmittance, VisibilityFunction};
 /// so that neither drifts, however steep a ramp has ended.
 ///
 /// ```
-/// use dsm_core::{RayHits, SurfaceHit, TransmittanceFunction, VisibilitySweep};
+/// use dsm_core::{
+///     RayHits, SurfaceHit, TransmittanceFunction, VisibilityFunction, VisibilitySweep,
+/// };
 ///
 /// // An opaque blocker covers a quarter of the pixel: one ray of four.
 /// let mut hits = RayHits::<f32>::default();
@@ -35,6 +40,12 @@ use crate::{Transmittance, VisibilityFunction};
 /// let mut vertices = Vec::new();
 /// pixel.run(|vertex| vertices.push((vertex.z, vertex.value[0])));
 /// assert_eq!(vertices, [(2.0, 1.0), (2.0, 0.75)]);
+///
+/// // That pixel and three clear ones, averaged for the next mip level.
+/// let fine = sweep.over(&functions).visibility_function();
+/// let empty = VisibilityFunction::clear();
+/// let pixels = [(0.25, &fine), (0.25, &empty), (0.25, &empty), (0.25, &empty)];
+/// assert_eq!(sweep.average(&pixels).final_value(), [0.9375]);
 /// # Ok::<(), dsm_core::Error>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -78,39 +89,46 @@ impl<T: Transmittance> VisibilitySweep<T> {
     ) -> WeightedTransmittance<'a, T> {
         WeightedTransmittance::new(self, functions)
     }
+
+    /// The same of visibility functions, stored or not yet compressed: what a
+    /// pixel of a coarser mip level is before its compression (§5.3).
+    pub fn average<'a, F: Polyline<Sum = T::Sum>>(
+        &'a mut self,
+        functions: &'a [(f64, F)],
+    ) -> WeightedTransmittance<'a, T, F> {
+        WeightedTransmittance::new(self, functions)
+    }
 }
 
-/// A weighted sum of transmittance functions that is about to be swept.
+/// A weighted sum of transmittance or visibility functions that is about to be
+/// swept.
 #[derive(Debug)]
-pub struct WeightedTransmittance<'a, T: Transmittance> {
+pub struct WeightedTransmittance<'a, T: Transmittance, F = &'a TransmittanceFunction<T>> {
     sweep: &'a mut VisibilitySweep<T>,
-    functions: &'a [(f64, &'a TransmittanceFunction<T>)],
+    functions: &'a [(f64, F)],
     final_value: T::Sum,
     /// Where the last function reaches its final value.
     settled: T::Sum,
     curved: bool,
 }
 
-impl<'a, T: Transmittance> WeightedTransmittance<'a, T> {
-    fn new(
-        sweep: &'a mut VisibilitySweep<T>,
-        functions: &'a [(f64, &'a TransmittanceFunction<T>)],
-    ) -> Self {
+impl<'a, T: Transmittance, F: Polyline<Sum = T::Sum>> WeightedTransmittance<'a, T, F> {
+    fn new(sweep: &'a mut VisibilitySweep<T>, functions: &'a [(f64, F)]) -> Self {
         // From both ends: 1 − Σ w (1 − τ) is exact for all clear, Σ w τ for
         // all blocked.
         let (mut down, mut up) = (RunningSum::<T>::new(1.0), RunningSum::<T>::new(0.0));
         let mut settled = T::sum_from_channels(|_| f64::NEG_INFINITY);
         let mut curved = false;
         for (weight, function) in contributing(functions) {
-            let last = function.last();
+            let last = last::<T>(function);
             for channel in 0..T::CHANNELS {
                 let value = last.as_ref()[channel];
                 down.add(channel, weight * (value - 1.0));
                 up.add(channel, weight * value);
                 let settled = &mut settled.as_mut()[channel];
-                *settled = settled.max(settled_at(function, channel));
+                *settled = settled.max(settled_at::<T>(function, channel));
             }
-            curved |= function.curved;
+            curved |= function.has_ramps();
         }
         let final_value = alone(functions).map_or_else(
             || {
@@ -119,7 +137,7 @@ impl<'a, T: Transmittance> WeightedTransmittance<'a, T> {
                     _ => up.channel(channel),
                 })
             },
-            TransmittanceFunction::last,
+            last::<T>,
         );
         Self { sweep, functions, final_value, settled, curved }
     }
@@ -131,8 +149,9 @@ impl<'a, T: Transmittance> WeightedTransmittance<'a, T> {
         self.final_value
     }
 
-    /// Whether a contributing function is curved, so that the chord error was
-    /// spent ([`TransmittanceFunction::is_curved`]).
+    /// Whether a contributing function has ramps. Those of transmittance
+    /// functions are chords, and the chord error was spent
+    /// ([`TransmittanceFunction::is_curved`]).
     #[must_use]
     pub const fn is_curved(&self) -> bool {
         self.curved
@@ -144,9 +163,9 @@ impl<'a, T: Transmittance> WeightedTransmittance<'a, T> {
     /// in \[0, 1\] and never rise. A channel is exactly 0 from where all
     /// contributing functions are. A function alone, of weight 1, comes
     /// through unchanged.
-    pub fn run(self, mut sink: impl FnMut(SumVertex<T>)) {
+    pub fn run(self, sink: impl FnMut(SumVertex<T>)) {
         if let Some(alone) = alone(self.functions) {
-            alone.vertices.iter().for_each(|&vertex| sink(vertex));
+            vertices(alone).for_each(sink);
         } else if self.curved {
             self.sweep_ramps(sink);
         } else {
@@ -173,9 +192,10 @@ impl<'a, T: Transmittance> WeightedTransmittance<'a, T> {
         events.clear();
         steps.clear();
         for (weight, function) in contributing(functions) {
-            for step in function.vertices.chunks_exact(2) {
-                events.push(event(step[0].z, steps.len()));
-                steps.push(difference::<T>(weight, step[0].value, step[1].value));
+            for step in (0..function.vertex_count()).step_by(2) {
+                let [before, after] = [step, step + 1].map(|vertex| function.sum_vertex(vertex));
+                events.push(event(before.z, steps.len()));
+                steps.push(difference::<T>(weight, before.value, after.value));
             }
         }
         sort_by_depth(events, spare);
@@ -268,17 +288,16 @@ impl<'a, T: Transmittance> WeightedTransmittance<'a, T> {
 
 impl<T: Transmittance> VisibilitySweep<T> {
     /// Lists the steps and slopes of all functions.
-    fn gather_ramps(&mut self, functions: &[(f64, &TransmittanceFunction<T>)]) {
+    fn gather_ramps<F: Polyline<Sum = T::Sum>>(&mut self, functions: &[(f64, F)]) {
         self.events.clear();
         self.steps.clear();
         self.slopes.clear();
         self.slope.iter_mut().for_each(ExactSum::clear);
         for (weight, function) in contributing(functions) {
             let mut ends = T::sum_from_channels(|_| 0.0);
-            let mut vertices = function.vertices.iter().peekable();
-            while let Some(&before) = vertices.next() {
-                let after =
-                    vertices.next_if(|vertex| vertex.z == before.z).copied().unwrap_or(before);
+            let mut vertices = vertices(function).peekable();
+            while let Some(before) = vertices.next() {
+                let after = vertices.next_if(|vertex| vertex.z == before.z).unwrap_or(before);
                 let starts = vertices.peek().map_or(T::sum_from_channels(|_| 0.0), |next| {
                     let length = f64::from(next.z) - f64::from(after.z);
                     let fall = difference::<T>(weight, after.value, next.value);
@@ -294,16 +313,15 @@ impl<T: Transmittance> VisibilitySweep<T> {
 }
 
 /// The functions that count, with their weights.
-fn contributing<'a, T: Transmittance>(
-    functions: &'a [(f64, &'a TransmittanceFunction<T>)],
-) -> impl Iterator<Item = (f64, &'a TransmittanceFunction<T>)> {
-    functions.iter().copied().filter(|&(weight, _)| weight > 0.0)
+fn contributing<F>(functions: &[(f64, F)]) -> impl Iterator<Item = (f64, &F)> {
+    functions
+        .iter()
+        .map(|(weight, function)| (*weight, function))
+        .filter(|&(weight, _)| weight > 0.0)
 }
 
 /// The only function that counts, if it stands for itself.
-fn alone<'a, T: Transmittance>(
-    functions: &'a [(f64, &'a TransmittanceFunction<T>)],
-) -> Option<&'a TransmittanceFunction<T>> {
+fn alone<F>(functions: &[(f64, F)]) -> Option<&F> {
     let mut functions = contributing(functions);
     match (functions.next(), functions.next()) {
         (Some((1.0, alone)), None) => Some(alone),
@@ -311,9 +329,20 @@ fn alone<'a, T: Transmittance>(
     }
 }
 
+fn vertices<F: Polyline>(function: &F) -> impl Iterator<Item = Vertex<F::Sum>> {
+    (0..function.vertex_count()).map(|vertex| function.sum_vertex(vertex))
+}
+
+/// What `function` ends with.
+fn last<T: Transmittance>(function: &impl Polyline<Sum = T::Sum>) -> T::Sum {
+    let last = function.vertex_count().checked_sub(1);
+    last.map_or(T::CLEAR.to_sum(), |last| function.sum_vertex(last).value)
+}
+
 /// A sort key: fewer than 2³² vertices come together.
 fn event(z: f32, index: usize) -> u64 {
-    u64::from(z.to_bits()) << 32 | u64::from(index as u32)
+    // A stored depth may be −0, whose bits sort behind all others.
+    u64::from((z + 0.0).to_bits()) << 32 | u64::from(index as u32)
 }
 
 /// weight · (to − from), channel by channel.
@@ -322,18 +351,23 @@ fn difference<T: Transmittance>(weight: f64, from: T::Sum, to: T::Sum) -> T::Sum
 }
 
 /// The depth from which on `channel` of `function` keeps its final value.
-fn settled_at<T: Transmittance>(function: &TransmittanceFunction<T>, channel: usize) -> f64 {
-    let vertices = &function.vertices;
-    let [.., before, last] = vertices.as_slice() else {
+fn settled_at<T: Transmittance>(function: &impl Polyline<Sum = T::Sum>, channel: usize) -> f64 {
+    let value = |vertex: usize| function.sum_vertex(vertex).value.as_ref()[channel];
+    let depth = |vertex: usize| f64::from(function.sum_vertex(vertex).z);
+    let Some(last) = function.vertex_count().checked_sub(1).filter(|&last| last > 0) else {
         return f64::NEG_INFINITY;
     };
-    let value = |vertex: &SumVertex<T>| vertex.value.as_ref()[channel];
     let final_value = value(last);
-    if value(before) > final_value {
-        return f64::from(last.z);
+    if value(last - 1) > final_value {
+        return depth(last);
     }
-    let first = vertices.partition_point(|vertex| value(vertex) > final_value);
-    vertices.get(first).map_or(f64::NEG_INFINITY, |vertex| f64::from(vertex.z))
+    // The first vertex that is not above the final value.
+    let (mut above, mut first) = (0, last);
+    while above < first {
+        let middle = (above + first) / 2;
+        if value(middle) > final_value { above = middle + 1 } else { first = middle }
+    }
+    depth(first)
 }
 
 #[cfg(test)]

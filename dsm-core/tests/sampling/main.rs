@@ -3,6 +3,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
+mod average;
 #[path = "../support/mod.rs"]
 mod support;
 mod sweep;

@@ -13,7 +13,11 @@ use crate::{check_invariant, telling_depths};
 type Weighted<'a, T> = [(f64, &'a TransmittanceFunction<T>)];
 
 /// V at both sides of `z`, by linear search.
-fn both_sides<T: Transmittance>(vertices: &[SumVertex<T>], z: f32, channel: usize) -> [f64; 2] {
+pub(crate) fn both_sides<T: Transmittance>(
+    vertices: &[SumVertex<T>],
+    z: f32,
+    channel: usize,
+) -> [f64; 2] {
     let value = |vertex: &SumVertex<T>| vertex.value.as_ref()[channel];
     let side = |passed: usize| match (passed.checked_sub(1), vertices.get(passed)) {
         (None, _) => 1.0,
