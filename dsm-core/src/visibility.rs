@@ -44,6 +44,12 @@ impl<'a, T: Transmittance> VisibilityView<'a, T> {
         Ok(view)
     }
 
+    /// The function that is 1 everywhere.
+    #[must_use]
+    pub const fn clear() -> Self {
+        Self::unchecked(&[], &[])
+    }
+
     /// The function with columns that were checked before.
     pub(crate) const fn unchecked(z: &'a [f32], values: &'a [f32]) -> Self {
         Self { z, values, channels: PhantomData }

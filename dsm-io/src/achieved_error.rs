@@ -19,6 +19,17 @@ impl AchievedError {
     /// 1 to `f32`.
     pub const SLACK: f32 = 1e-6;
 
+    /// An error that was measured or bounded in `f64`, neither of its numbers
+    /// rounded down.
+    pub(crate) fn enclosing(max: f64, mean: f64) -> Self {
+        let up = |error: f64| {
+            let nearest = error as f32;
+            let up = if f64::from(nearest) < error { nearest.next_up() } else { nearest };
+            up.min(1.0)
+        };
+        Self { max: up(max), mean: up(mean.min(max)) }
+    }
+
     /// Whether the error keeps to a stated tolerance.
     #[must_use]
     pub fn is_within(self, tolerance: f32) -> bool {
@@ -43,5 +54,20 @@ impl AchievedError {
         let mean = (sum / pixels.max(1) as f64) as f32;
         // The sum's rounding can lift it by a hair.
         Self { max, mean: mean.min(max) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn measured_errors_are_not_rounded_down() {
+        for max in [0.0, 1e-50, 0.1, 0.02_f32.into(), 1.0, 1.0 + 1e-12] {
+            let error = AchievedError::enclosing(max, 2.0 * max);
+            assert!(f64::from(error.max) >= f64::min(max, 1.0) && error.broken_rule().is_none());
+            assert!(f64::from(error.max) <= max * (1.0 + 1e-6) + f64::from(f32::from_bits(1)));
+            assert_eq!(error.mean, error.max);
+        }
     }
 }

@@ -3,7 +3,8 @@
 //! A `.dsm` file holds a deep shadow map in tiles, in as many levels as it
 //! has; `docs/format/dsm-1.md` is the format's definition. [`MapWriter`]
 //! writes one, tile by tile, and [`MapReader`] reads it, in place where it
-//! can; [`TileCache`] keeps the tiles of many maps at hand for lookups. [`Container`] and [`ContainerWriter`] do the same for maps of any
+//! can; [`TileCache`] keeps the tiles of many maps at
+//! hand for lookups; [`mip`] gives a map the levels of a pyramid. [`Container`] and [`ContainerWriter`] do the same for maps of any
 //! kind: they know sections and tiles, not what those mean.
 
 mod achieved_error;
@@ -18,6 +19,7 @@ mod error;
 mod format;
 mod limits;
 mod metadata;
+mod pyramid;
 mod reader;
 mod source;
 mod tile;
@@ -46,6 +48,7 @@ pub use format::tile_id::{TileId, TileRect};
 pub use format::write::ContainerWriter;
 pub use limits::Limits;
 pub use metadata::Metadata;
+pub use pyramid::{PixelFunctions, PyramidOptions, PyramidSource, SourceTile, build_pyramid, mip};
 pub use reader::MapReader;
 pub use source::{MappedFile, Memory, Source};
 pub use tile::Tile;

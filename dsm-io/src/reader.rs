@@ -4,7 +4,7 @@ use std::path::Path;
 
 use dsm_core::{DeepMap, PixelLists, Rgb, Transmittance};
 
-use crate::codec::{Codec, exact};
+use crate::codec::{Codec, EncodedTile, exact};
 use crate::columns::Columns;
 use crate::error::{Place, check_limit};
 use crate::format::container::Container;
@@ -141,6 +141,22 @@ impl MapReader {
             }
             None => Err(Error::Unsupported { place, what: format!("codec {}", entry.codec) }),
         }
+    }
+
+    /// A tile as it is stored, its checksum checked but its pixels not decoded,
+    /// and its error: what [`MapWriter::write_encoded`] takes. O(bytes).
+    ///
+    /// [`MapWriter::write_encoded`]: crate::MapWriter::write_encoded
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NoSuchTile`], or what is wrong with its checksum.
+    pub fn encoded_tile(&self, id: TileId) -> Result<(EncodedTile, AchievedError)> {
+        let read = self.container.payload(id).and_then(|bytes| {
+            let (entry, _) = self.container.entry(id)?;
+            Ok((EncodedTile::of_entry(entry, bytes.to_vec()), entry.error))
+        });
+        read.map_err(|error| error.in_file(self.container.path()))
     }
 
     pub(crate) fn check_channels<T: Transmittance>(&self) -> Result<()> {

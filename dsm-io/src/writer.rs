@@ -127,6 +127,11 @@ impl MapWriter {
         self.container.levels()
     }
 
+    /// How the map's tiles are encoded and packed.
+    pub(crate) const fn encoding(&self) -> (Codec, Block) {
+        (self.options.codec, self.options.block)
+    }
+
     /// Encodes and writes a tile; see [`Self::write_encoded`].
     ///
     /// # Errors

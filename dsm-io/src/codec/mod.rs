@@ -127,6 +127,21 @@ impl EncodedTile {
         }
     }
 
+    /// The tile that the directory says this of.
+    pub(crate) const fn of_entry(entry: &TileEntry, bytes: Vec<u8>) -> Self {
+        Self {
+            bytes,
+            raw_length: entry.raw_length,
+            vertex_count: entry.vertex_count,
+            z_min: entry.z_min,
+            z_max: entry.z_max,
+            depth_error: entry.depth_error,
+            codec: entry.codec,
+            block: entry.block,
+            differences: entry.differences,
+        }
+    }
+
     /// What the directory says of the tile, wherever it will stand.
     pub(crate) fn entry(&self) -> TileEntry {
         TileEntry {

@@ -15,4 +15,5 @@ pub use compare::{MapDifference, WorstPixel, check_bound, compare};
 pub use export::{ExportOptions, ExportReport, export_deep_exr};
 pub use report::ImportReport;
 pub use source::MapSource;
+pub(crate) use tiles::compress_pixel;
 pub use tiles::{ConvertOptions, convert};

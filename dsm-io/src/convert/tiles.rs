@@ -146,7 +146,7 @@ impl Band<'_> {
 
 /// Appends V′ for the function with these vertices, which ends where its last
 /// vertex is.
-fn compress_pixel<T: Transmittance>(
+pub(crate) fn compress_pixel<T: Transmittance>(
     vertices: &[SumVertex<T>],
     tolerance: Tolerance,
     pixels: &mut PixelListsBuilder<T>,

@@ -1,0 +1,139 @@
+//! Pixels of a level that are compressed together.
+
+use dsm_core::{
+    PixelLists, PixelListsBuilder, Polyline, SumVertex, Tolerance, Transmittance,
+    VisibilityDifference, VisibilitySweep, VisibilityView,
+};
+
+use crate::Result;
+use crate::convert::compress_pixel;
+
+/// A rectangle of compressed pixels of some level, and their errors.
+#[derive(Debug)]
+pub(super) struct Fragment<T> {
+    /// Column and row of its first pixel in the level.
+    pub(super) origin: [u32; 2],
+    pub(super) pixels: PixelLists<T>,
+    /// The largest error of any pixel.
+    pub(super) max: f64,
+    /// The pixels' mean errors, added up.
+    pub(super) means: f64,
+}
+
+impl<T: Transmittance> Fragment<T> {
+    /// Whether there is nothing to tell of it.
+    pub(super) fn is_clear(&self) -> bool {
+        self.pixels.view().vertex_count() == 0 && self.max == 0.0
+    }
+}
+
+/// Compresses pixels row by row and measures what that costs.
+#[derive(Debug)]
+pub(super) struct FragmentBuilder<T> {
+    origin: [u32; 2],
+    pixels: PixelListsBuilder<T>,
+    tolerance: Tolerance,
+    max: f64,
+    means: f64,
+}
+
+impl<T: Transmittance> FragmentBuilder<T> {
+    pub(super) fn new(origin: [u32; 2], [width, height]: [u32; 2], tolerance: Tolerance) -> Self {
+        let pixels = PixelListsBuilder::new(width, height);
+        Self { origin, pixels, tolerance, max: 0.0, means: 0.0 }
+    }
+
+    /// Adds a pixel whose function has these vertices and is off by
+    /// `inherited` already; returns its error.
+    pub(super) fn push(&mut self, vertices: &[SumVertex<T>], inherited: f64) -> Result<f64> {
+        compress_pixel(vertices, self.tolerance.after(inherited), &mut self.pixels)?;
+        let compressed = self.pixels.last_pixel();
+        let compressed = compressed.unwrap_or(VisibilityView::clear());
+        let difference = VisibilityDifference::between(vertices, &compressed);
+        let error = difference.max() + inherited;
+        self.max = self.max.max(error);
+        self.means += difference.mean() + inherited;
+        Ok(error)
+    }
+
+    /// Adds a pixel that is 1 everywhere.
+    pub(super) fn push_clear(&mut self) -> Result<()> {
+        Ok(self.pixels.finish_pixel()?)
+    }
+
+    pub(super) fn finish(self) -> Result<Fragment<T>> {
+        let Self { origin, pixels, max, means, .. } = self;
+        Ok(Fragment { origin, pixels: pixels.finish()?, max, means })
+    }
+}
+
+/// Copies of a node's pixels of one level, for coarser levels to average.
+#[derive(Debug)]
+pub(super) struct Copies<T> {
+    /// The node's column and row among those of its height.
+    pub(super) node: [u32; 2],
+    pub(super) pixels: PixelLists<T>,
+    /// What each pixel may be off, row by row.
+    pub(super) errors: Vec<f64>,
+}
+
+/// Compresses the copies of a node's pixels, if there are to be any.
+#[derive(Debug)]
+pub(super) struct CopiesBuilder<T>(Option<(FragmentBuilder<T>, Vec<f64>)>);
+
+impl<T: Transmittance> CopiesBuilder<T> {
+    pub(super) fn new(size: [u32; 2], tolerance: Option<Tolerance>) -> Self {
+        // Where the copies stand is the node's to say.
+        Self(tolerance.map(|tolerance| (FragmentBuilder::new([0, 0], size, tolerance), Vec::new())))
+    }
+
+    pub(super) fn push(&mut self, vertices: &[SumVertex<T>], inherited: f64) -> Result<()> {
+        if let Some((pixels, errors)) = &mut self.0 {
+            errors.push(pixels.push(vertices, inherited)?);
+        }
+        Ok(())
+    }
+
+    pub(super) fn push_clear(&mut self) -> Result<()> {
+        if let Some((pixels, errors)) = &mut self.0 {
+            pixels.push_clear()?;
+            errors.push(0.0);
+        }
+        Ok(())
+    }
+
+    /// The copies, unless there is nothing to tell of them.
+    pub(super) fn finish(self, node: [u32; 2]) -> Result<Option<Copies<T>>> {
+        let Some((pixels, errors)) = self.0 else { return Ok(None) };
+        let fragment = pixels.finish()?;
+        Ok((!fragment.is_clear()).then_some(Copies { node, errors, pixels: fragment.pixels }))
+    }
+}
+
+/// Averages functions and keeps the memory for it.
+#[derive(Debug)]
+pub(super) struct Averager<T: Transmittance> {
+    sweep: VisibilitySweep<T>,
+    vertices: Vec<SumVertex<T>>,
+}
+
+impl<T: Transmittance> Default for Averager<T> {
+    fn default() -> Self {
+        Self { sweep: VisibilitySweep::default(), vertices: Vec::new() }
+    }
+}
+
+impl<T: Transmittance> Averager<T> {
+    /// The exact average; none if all functions are 1 everywhere.
+    pub(super) fn average<F: Polyline<Sum = T::Sum>>(
+        &mut self,
+        functions: &[(f64, F)],
+    ) -> Option<&[SumVertex<T>]> {
+        if functions.iter().all(|(_, function)| function.vertex_count() == 0) {
+            return None;
+        }
+        self.vertices.clear();
+        self.sweep.average(functions).run(|vertex| self.vertices.push(vertex));
+        Some(&self.vertices)
+    }
+}
