@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use dsm_core::{PixelLists, Rgb, Tolerance, Transmittance};
+use dsm_core::{Rgb, Tolerance, Transmittance};
 use rayon::prelude::*;
 
 use super::MapSource;
 use super::function_samples::FunctionSampler;
 use super::rows::SourceRows;
+use super::stored_rows::StoredRows;
 use crate::deep_exr::{
     Block, ChunkEncoder, DeepExrWriter, ExportCompression, ExportHeader, ExportLayout,
     ExportSampleType, PackedChunk,
@@ -209,7 +210,7 @@ impl Export<'_> {
     fn chunk<T: Transmittance>(
         &self,
         encoder: &mut ChunkEncoder,
-        functions: &PixelLists<T>,
+        functions: &StoredRows<'_, T>,
         top: u32,
         block: Block,
     ) -> Result<Chunk> {
@@ -219,7 +220,7 @@ impl Export<'_> {
         let mut rows = self.header.rows(block.width).ok_or_else(too_many)?;
         for y in block.y..block.y + block.height {
             for x in block.x..block.x + block.width {
-                sampler.append(functions.view().pixel(x, y - top), &mut rows);
+                sampler.append(functions.pixel(x, y - top), &mut rows);
                 rows.finish_pixel().ok_or_else(too_many)?;
             }
         }

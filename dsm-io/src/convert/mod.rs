@@ -9,6 +9,7 @@ mod function_samples;
 mod report;
 mod rows;
 mod source;
+mod stored_rows;
 mod tiles;
 
 pub use compare::{MapDifference, WorstPixel, check_bound, compare};

@@ -1,25 +1,36 @@
 //! Some whole pixel rows of a source, and the function of each of their
 //! pixels before compression.
 
+use std::ops::Range;
+
 use dsm_core::{
-    PixelLists, RayHits, SumVertex, Transmittance, TransmittanceBuilder, TransmittanceFunction,
-    Vertex,
+    RayHits, SumVertex, Transmittance, TransmittanceBuilder, TransmittanceFunction, Vertex,
 };
 
 use super::ImportReport;
 use super::deep_samples::collect_hits;
+use super::stored_rows::StoredRows;
 use crate::Result;
 use crate::deep_exr::DeepRows;
 
 /// Some whole pixel rows.
-pub(super) enum SourceRows<T> {
+pub(super) enum SourceRows<'a, T> {
     /// Samples of an image.
     Samples(DeepRows),
     /// Functions of a map.
-    Stored(PixelLists<T>),
+    Stored(StoredRows<'a, T>),
 }
 
-impl<T: Transmittance> SourceRows<T> {
+impl<T: Transmittance> SourceRows<'_, T> {
+    /// Whether it is known without looking at any that these pixels are 1
+    /// everywhere; rows count from the first of these.
+    pub(super) fn is_clear(&self, columns: Range<u32>, rows: Range<u32>) -> bool {
+        match self {
+            Self::Samples(_) => false,
+            Self::Stored(stored) => stored.is_clear(columns, rows),
+        }
+    }
+
     /// Computes the function of `pixel`, counted row by row from the first of
     /// the rows.
     pub(super) fn function(
@@ -35,8 +46,8 @@ impl<T: Transmittance> SourceRows<T> {
                 function.builder.build(&function.hits, &mut function.ray);
                 function.is_stored = false;
             }
-            Self::Stored(lists) => {
-                let stored = lists.view().function(pixel).vertices();
+            Self::Stored(rows) => {
+                let stored = rows.function(pixel).vertices();
                 function.stored.clear();
                 let exact = |vertex: Vertex<T>| Vertex::new(vertex.z, vertex.value.to_sum());
                 function.stored.extend(stored.map(exact));

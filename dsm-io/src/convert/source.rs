@@ -3,16 +3,15 @@
 use std::ops::Range;
 use std::path::Path;
 
-use dsm_core::{
-    DepthKind, MapInfo, PixelLists, PixelListsBuilder, ShadowCamera, Tolerance, Transmittance,
-};
+use dsm_core::{DepthKind, MapInfo, ShadowCamera, Tolerance, Transmittance};
 use glam::Mat4;
 
 use super::ImportReport;
 use super::rows::SourceRows;
+use super::stored_rows::StoredRows;
 use crate::deep_exr::{AlphaChannels, DeepExrHeader, DeepExrReader};
 use crate::error::check_limit;
-use crate::{AchievedError, Attribute, Error, Limits, MapReader, Metadata, Result, Tile, TileId};
+use crate::{AchievedError, Attribute, Error, Limits, MapReader, Metadata, Result};
 
 /// A file whose pixels are, or can be made, visibility functions.
 #[derive(Debug)]
@@ -93,9 +92,9 @@ impl MapSource {
     pub(super) fn read_rows<T: Transmittance>(
         &mut self,
         rows: Range<u32>,
-    ) -> Result<SourceRows<T>> {
+    ) -> Result<SourceRows<'_, T>> {
         match self {
-            Self::Map(map) => read_stored_rows(map, rows).map(SourceRows::Stored),
+            Self::Map(map) => StoredRows::read(map, rows).map(SourceRows::Stored),
             Self::Image(image) => Ok(SourceRows::Samples(image.read_rows(rows)?)),
         }
     }
@@ -133,31 +132,6 @@ impl MapSource {
             }
         }
     }
-}
-
-/// The functions of some rows of level 0, put together from its tiles.
-fn read_stored_rows<T: Transmittance>(map: &MapReader, rows: Range<u32>) -> Result<PixelLists<T>> {
-    let level = map.levels()[0];
-    let mut lists = PixelListsBuilder::new(level.width, rows.len() as u32);
-    let mut first = rows.start;
-    while first < rows.end {
-        let tile_row = first / level.tile_height;
-        let tiles = (0..level.tiles()[0])
-            .map(|column| map.tile::<T>(TileId::new(0, column, tile_row)))
-            .collect::<Result<Vec<_>>>()?;
-        let top = tile_row * level.tile_height;
-        let end = top.saturating_add(level.tile_height).min(rows.end);
-        for row in first..end {
-            for tile in tiles.iter().map(Tile::view) {
-                for column in 0..tile.width() {
-                    tile.pixel(column, row - top).vertices().for_each(|vertex| lists.push(vertex));
-                    lists.finish_pixel()?;
-                }
-            }
-        }
-        first = end;
-    }
-    Ok(lists.finish()?)
 }
 
 /// Row-vector matrices become column-vector ones: OpenEXR's rows are glam's

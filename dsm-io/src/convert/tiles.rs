@@ -29,7 +29,8 @@ pub struct ConvertOptions {
 /// tolerance is to the map's.
 ///
 /// Memory is bounded by one row of tiles, of the map or of the source; they are
-/// compressed in parallel, on the current rayon pool. The same input gives the same bytes
+/// compressed in parallel, on the current rayon pool. A tile of which the source
+/// holds empty tiles only costs nothing. The same input gives the same bytes
 /// whatever the number of threads. On an error `output` is what it was before.
 ///
 /// # Errors
@@ -104,7 +105,7 @@ impl Band<'_> {
 
     fn compress_tile<T: Transmittance>(
         &self,
-        functions: &SourceRows<T>,
+        functions: &SourceRows<'_, T>,
         id: TileId,
     ) -> Result<CompressedTile> {
         let tile_size = self.options.write.tile_size;
@@ -113,16 +114,20 @@ impl Band<'_> {
             first..first.saturating_add(tile_size).min(end)
         };
         let (columns, rows) = (tile(id.x, self.width), tile(id.y, self.rows.end));
+        let mut report = ImportReport::default();
+        let from_first = |row: u32| row - self.rows.start;
+        if functions.is_clear(columns.clone(), from_first(rows.start)..from_first(rows.end)) {
+            let (encoded, achieved) = (EncodedTile::default(), AchievedError::NONE);
+            return Ok(CompressedTile { id, encoded, achieved, report });
+        }
         let tolerance = self.options.tolerance;
         let mut pixels = PixelListsBuilder::<T>::new(columns.len() as u32, rows.len() as u32);
         let mut exact = ExactFunction::new(tolerance.chord());
-        let mut report = ImportReport::default();
         let mut differences = DifferenceSummary::default();
         let mut worst = 0.0_f64;
         let mut curved = 0_u32;
         for (row, column) in rows.flat_map(|row| columns.clone().map(move |x| (row, x))) {
-            let row = (row - self.rows.start) as usize;
-            let pixel = row * self.width as usize + column as usize;
+            let pixel = from_first(row) as usize * self.width as usize + column as usize;
             functions.function(pixel, &mut exact, &mut report)?;
             // Only a curved pixel has spent some of the tolerance on chords;
             // the others may spend all of it here.
