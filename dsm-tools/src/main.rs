@@ -30,6 +30,7 @@ fn main() -> ExitCode {
         Request::Convert(request) => cmd::convert::run(&request),
         Request::Inspect(request) => cmd::inspect::run(&request),
         Request::Lookup(request) => cmd::lookup::run(&request),
+        Request::Mip(request) => cmd::mip::run(&request),
         Request::Verify(request) => cmd::verify::run(&request),
     };
     match done {

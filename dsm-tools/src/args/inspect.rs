@@ -20,6 +20,9 @@ pub(crate) struct InspectFlags {
     /// List the vertices of the pixel in column X and row Y
     #[arg(long, value_name = "X,Y", value_parser = values::pixel)]
     pixel: Option<[u32; 2]>,
+    /// The mip level that the pixel is in
+    #[arg(long, value_name = "L", requires = "pixel", default_value_t = 0)]
+    level: u32,
     /// Plot that pixel's visibility function, as .svg or .png
     #[arg(long, value_name = "OUT", requires = "pixel")]
     #[arg(value_parser = values::image_file([ImageFormat::Svg, ImageFormat::Png]))]
@@ -47,14 +50,15 @@ pub(crate) struct Inspect {
     pub(crate) file: PathBuf,
     pub(crate) json: bool,
     pub(crate) pixel: Option<[u32; 2]>,
+    pub(crate) level: u32,
     pub(crate) plot: Option<ImageFile>,
     pub(crate) slice: Option<SliceFile>,
 }
 
 impl From<InspectFlags> for Inspect {
     fn from(flags: InspectFlags) -> Self {
-        let InspectFlags { file, json, pixel, plot, slice, image } = flags;
+        let InspectFlags { file, json, pixel, level, plot, slice, image } = flags;
         let slice = slice.zip(image).map(|(depth, image)| SliceFile { depth, image });
-        Self { file, json, pixel, plot, slice }
+        Self { file, json, pixel, level, plot, slice }
     }
 }

@@ -3,19 +3,21 @@
 mod convert;
 mod inspect;
 mod lookup;
+mod mip;
 mod values;
 mod verify;
 
 pub(crate) use convert::{Convert, ConvertTarget};
 pub(crate) use inspect::{Inspect, SliceFile};
 pub(crate) use lookup::{Lookup, Space};
+pub(crate) use mip::Mip;
 pub(crate) use values::ImageFormat;
 pub(crate) use verify::Verify;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 
-/// Converts, inspects, looks up and verifies deep shadow maps.
+/// Converts, inspects, looks up, mip-maps and verifies deep shadow maps.
 #[derive(Debug, Parser)]
 #[command(name = "dsm-tools", version)]
 struct Arguments {
@@ -28,6 +30,7 @@ enum Command {
     Convert(convert::ConvertFlags),
     Inspect(inspect::InspectFlags),
     Lookup(lookup::LookupFlags),
+    Mip(mip::MipFlags),
     Verify(verify::VerifyFlags),
 }
 
@@ -38,6 +41,7 @@ pub(crate) enum Request {
     Convert(Convert),
     Inspect(Inspect),
     Lookup(Lookup),
+    Mip(Mip),
     Verify(Verify),
 }
 
@@ -52,6 +56,7 @@ impl Request {
             Command::Lookup(flags) => {
                 Self::Lookup(flags.try_into().map_err(|error| wrong("lookup", error))?)
             }
+            Command::Mip(flags) => Self::Mip(flags.into()),
             Command::Verify(flags) => Self::Verify(flags.into()),
         })
     }

@@ -67,6 +67,14 @@ pub(super) fn map_file() -> impl TypedValueParser<Value = PathBuf> {
     })
 }
 
+/// Accepts names of maps.
+pub(super) fn dsm_file() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|path| match extension(&path).as_deref() {
+        Some("dsm") => Ok(path),
+        _ => Err("the name must end in .dsm"),
+    })
+}
+
 /// Whether the name is that of an OpenEXR.
 pub(super) fn is_exr(path: &Path) -> bool {
     extension(path).as_deref() == Some("exr")
@@ -89,6 +97,14 @@ pub(super) fn depth(text: &str) -> Result<f32, String> {
 /// An error bound.
 pub(super) fn tolerance(text: &str) -> Result<Tolerance, String> {
     number(text).and_then(|epsilon| Tolerance::new(epsilon).map_err(|error| error.to_string()))
+}
+
+/// What shrinks tolerances, or leaves them.
+pub(super) fn scale(text: &str) -> Result<f32, String> {
+    number(text).and_then(|scale| {
+        let is_scale = 0.0 < scale && scale <= 1.0;
+        if is_scale { Ok(scale) } else { Err("it must lie in (0, 1]".to_owned()) }
+    })
 }
 
 /// A pixel: its column and row.
@@ -114,6 +130,8 @@ mod tests {
         assert!(depth("NaN").is_err());
         assert_eq!(tolerance("0.02").map(Tolerance::epsilon), Ok(0.02_f32));
         assert!(tolerance("1").is_err() && tolerance("-1e-9").is_err());
+        assert_eq!(scale("0.25"), Ok(0.25));
+        assert!(scale("0").is_err() && scale("1.5").is_err() && scale("nan").is_err());
         assert_eq!(pixel("3, 4"), Ok([3, 4]));
         for text in ["3", "3,", "-1,2", "1,2,3", "4294967296,0"] {
             assert!(pixel(text).is_err(), "{text}");

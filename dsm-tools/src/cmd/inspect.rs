@@ -39,36 +39,43 @@ pub(crate) fn run(request: &Inspect) -> Result<()> {
     Ok(output.flush()?)
 }
 
-/// The vertices of a pixel of level 0, plotted if that is asked.
+/// The vertices of a pixel, plotted if that is asked.
 fn inspect_pixel<T: Transmittance>(
     reader: &MapReader,
     [x, y]: [u32; 2],
     request: &Inspect,
 ) -> Result<PixelSummary> {
-    let function = read_pixel::<T>(reader, [x, y])?;
+    let level = request.level;
+    let function = read_pixel::<T>(reader, level, [x, y])?;
     if let Some(file) = &request.plot {
         let name = request.file.file_name().unwrap_or_default().to_string_lossy();
         let vertices = function.view().len();
-        let title = format!("{name}, pixel ({x}, {y}), {vertices} vertices");
+        let of_level = if level == 0 { String::new() } else { format!(" of level {level}") };
+        let title = format!("{name}, pixel ({x}, {y}){of_level}, {vertices} vertices");
         let drawn = match file.format {
             ImageFormat::Svg => plot::svg(function.view(), &title)?.into_bytes(),
             _ => plot::png(function.view(), &title)?,
         };
         write_file(&file.path, &drawn)?;
     }
-    Ok(PixelSummary::new([x, y], function.view()))
+    Ok(PixelSummary::new(level, [x, y], function.view()))
 }
 
 fn read_pixel<T: Transmittance>(
     reader: &MapReader,
+    index: u32,
     [x, y]: [u32; 2],
 ) -> Result<VisibilityFunction<T>> {
-    let level = reader.levels()[0];
+    let count = reader.levels().len();
+    let Some(level) = reader.levels().get(index as usize) else {
+        bail!("there is no level {index}: the map has {count}, counted from 0");
+    };
     if x >= level.width || y >= level.height {
         let [width, height] = [level.width, level.height];
-        bail!("pixel ({x}, {y}) lies outside the map of {width} × {height} pixels");
+        let what = if index == 0 { "the map".to_owned() } else { format!("level {index}") };
+        bail!("pixel ({x}, {y}) lies outside {what} of {width} × {height} pixels");
     }
-    let id = TileId::new(0, x / level.tile_width, y / level.tile_height);
+    let id = TileId::new(index, x / level.tile_width, y / level.tile_height);
     let (tile, rect) = (reader.tile::<T>(id)?, reader.tile_rect(id)?);
     Ok(tile.view().pixel(x - rect.x, y - rect.y).to_function())
 }

@@ -3,4 +3,5 @@
 pub(crate) mod convert;
 pub(crate) mod inspect;
 pub(crate) mod lookup;
+pub(crate) mod mip;
 pub(crate) mod verify;

@@ -222,9 +222,13 @@ impl LevelSummary {
 }
 
 impl PixelSummary {
-    /// The function of pixel (`x`, `y`) of level 0. The two vertices of a step
+    /// The function of pixel (`x`, `y`) of a level. The two vertices of a step
     /// make one entry.
-    pub(crate) fn new<T: Transmittance>([x, y]: [u32; 2], function: VisibilityView<'_, T>) -> Self {
+    pub(crate) fn new<T: Transmittance>(
+        level: u32,
+        [x, y]: [u32; 2],
+        function: VisibilityView<'_, T>,
+    ) -> Self {
         let mut vertices: Vec<(f32, Light, Light)> = Vec::with_capacity(function.len());
         for vertex in function.vertices() {
             let light = Light::of(vertex.value);
@@ -233,12 +237,13 @@ impl PixelSummary {
                 _ => vertices.push((vertex.z, light, light)),
             }
         }
-        Self { x, y, level: 0, vertices }
+        Self { x, y, level, vertices }
     }
 
     fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
-        let Self { x, y, vertices, .. } = self;
-        writeln!(output, "\n  pixel ({x}, {y})")?;
+        let Self { x, y, level, vertices } = self;
+        let of_level = if *level == 0 { String::new() } else { format!(" of level {level}") };
+        writeln!(output, "\n  pixel ({x}, {y}){of_level}")?;
         if vertices.is_empty() {
             return writeln!(output, "    no vertices: lit at every depth");
         }
@@ -294,7 +299,7 @@ mod tests {
     fn json<T: Transmittance>(vertices: &[(f32, T)]) -> String {
         let vertices = vertices.iter().map(|&(z, value)| Vertex::new(z, value));
         let function = VisibilityFunction::new(vertices).unwrap();
-        serde_json::to_string(&PixelSummary::new([3, 4], function.view())).unwrap()
+        serde_json::to_string(&PixelSummary::new(0, [3, 4], function.view())).unwrap()
     }
 
     #[test]

@@ -7,6 +7,7 @@ mod convert;
 mod inspect;
 mod lookup;
 mod maps;
+mod mip;
 mod run;
 mod usage;
 mod verify;
