@@ -3,10 +3,10 @@
 use std::fs;
 use std::path::Path;
 
-use dsm_core::MapInfo;
+use dsm_core::{MapInfo, PixelListsBuilder, Vertex};
 use dsm_io::{
-    Attribute, Block, DeepExrReader, Limits, MapReader, MapSource, MapWriter, Metadata,
-    WriteOptions, compare, convert,
+    AchievedError, Attribute, Block, DeepExrReader, Limits, MapReader, MapSource, MapWriter,
+    Metadata, TileId, WriteOptions, compare, convert,
 };
 
 use super::{IMAGES, converted, image, open, options};
@@ -154,4 +154,73 @@ fn a_part_is_chosen_by_name_and_a_map_has_none() {
     let folder = tempfile::tempdir().unwrap();
     let map = converted(&path, folder.path(), &options(0.0, 64));
     assert!(MapSource::open(&map, Some(&name), &limits).is_err());
+}
+
+/// A map of 40 × 30 pixels in tiles of 8 of which only those in `tiles` hold
+/// something: a step whose depth tells the pixel.
+fn sparse_map(path: &Path, tiles: &[[u32; 2]]) {
+    let metadata = Metadata::new(40, 30, 1, MapInfo::default());
+    let options = WriteOptions::default().with_tile_size(8);
+    let mut writer = MapWriter::create(path, metadata, options).unwrap();
+    for &[x, y] in tiles {
+        let rect = writer.levels()[0].tile_rect(x, y).unwrap();
+        let mut pixels = PixelListsBuilder::new(rect.width, rect.height);
+        for pixel in 0..rect.width * rect.height {
+            let z = (1 + (y * 8 + pixel / rect.width) * 40 + x * 8 + pixel % rect.width) as f32;
+            pixels.push(Vertex::new(z, 1.0_f32));
+            pixels.push(Vertex::new(z, 0.5));
+            pixels.finish_pixel().unwrap();
+        }
+        let pixels = pixels.finish().unwrap();
+        writer.write_tile(TileId::new(0, x, y), pixels.view(), AchievedError::NONE).unwrap();
+    }
+    writer.finish().unwrap();
+}
+
+#[test]
+fn empty_tiles_are_left_out_and_the_others_stay_where_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let sparse = folder.path().join("sparse.dsm");
+    for occupied in [&[][..], &[[1, 1]], &[[0, 0], [4, 3], [2, 1]], &[[4, 0], [0, 3]]] {
+        sparse_map(&sparse, occupied);
+        for tile in [1, 3, 5, 8, 16, 64] {
+            let copy = converted(&sparse, folder.path(), &options(0.0, tile));
+            let reader = MapReader::open(&copy, &Limits::default()).unwrap();
+            let map = reader.read_map::<f32>(0).unwrap();
+            for (y, x) in (0..30).flat_map(|y| (0..40).map(move |x| (y, x))) {
+                let function = map.pixel(x, y);
+                if occupied.contains(&[x / 8, y / 8]) {
+                    assert_eq!(function.depths(), [(1 + y * 40 + x) as f32; 2], "{x}, {y}");
+                } else {
+                    assert!(function.is_empty(), "{x}, {y}");
+                }
+            }
+            for (id, entry) in reader.directory(0).unwrap().iter() {
+                let rect = reader.tile_rect(id).unwrap();
+                let overlaps = |&[x, y]: &[u32; 2]| {
+                    rect.x < x * 8 + 8
+                        && x * 8 < rect.x + rect.width
+                        && rect.y < y * 8 + 8
+                        && y * 8 < rect.y + rect.height
+                };
+                assert_eq!(entry.is_empty(), !occupied.iter().any(overlaps), "{id}");
+            }
+        }
+    }
+}
+
+/// A pixel at a time, this takes many seconds.
+#[test]
+fn an_empty_map_is_copied_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let empty = folder.path().join("empty.dsm");
+    let metadata = Metadata::new(16_384, 16_384, 3, MapInfo::default());
+    let options_of = WriteOptions::default().with_tile_size(256);
+    MapWriter::create(&empty, metadata, options_of).unwrap().finish().unwrap();
+    let clock = std::time::Instant::now();
+    let copy = converted(&empty, folder.path(), &options(0.01, 128));
+    assert!(clock.elapsed().as_secs_f64() < 5.0, "{:?}", clock.elapsed());
+    let reader = MapReader::open(&copy, &Limits::default()).unwrap();
+    assert_eq!(reader.levels()[0].tile_count(), 128 * 128);
+    assert!(reader.directory(0).unwrap().iter().all(|(_, entry)| entry.is_empty()));
 }
