@@ -1,7 +1,7 @@
 //! How far apart two visibility functions are.
 
-use crate::Vertex;
 use crate::polyline::Polyline;
+use crate::walk::{Walk, zip};
 
 /// The difference of two functions of one pixel, in the L∞ norm that bounds
 /// are stated in (Lokovic & Veach 2000, §3.3) and on average.
@@ -125,67 +125,6 @@ fn earlier(a: Option<f32>, b: Option<f32>) -> Option<f32> {
     }
 }
 
-/// Combines two values channel by channel.
-fn zip<S: Copy + AsRef<[f64]> + AsMut<[f64]>>(a: S, b: S, combine: impl Fn(f64, f64) -> f64) -> S {
-    let mut combined = a;
-    for (channel, &b) in combined.as_mut().iter_mut().zip(b.as_ref()) {
-        *channel = combine(*channel, b);
-    }
-    combined
-}
-
-/// A function that is evaluated at ascending depths.
-struct Walk<'a, P: Polyline + ?Sized> {
-    function: &'a P,
-    /// The vertex before the next one.
-    previous: Option<Vertex<P::Sum>>,
-    next: Option<Vertex<P::Sum>>,
-    /// How many vertices lie before `next`.
-    passed: usize,
-}
-
-impl<'a, P: Polyline + ?Sized> Walk<'a, P> {
-    fn new(function: &'a P) -> Self {
-        let mut walk = Self { function, previous: None, next: None, passed: 0 };
-        walk.next = walk.vertex(0);
-        walk
-    }
-
-    fn vertex(&self, index: usize) -> Option<Vertex<P::Sum>> {
-        (index < self.function.vertex_count()).then(|| self.function.sum_vertex(index))
-    }
-
-    fn next_depth(&self) -> Option<f32> {
-        self.next.map(|vertex| vertex.z)
-    }
-
-    /// The values from the light's side of `z` and at `z`, which is neither
-    /// before the last `z` nor behind the next vertex; steps over the
-    /// vertices at `z`. None before the first vertex.
-    fn advance(&mut self, z: f32) -> Option<[P::Sum; 2]> {
-        let before = match (self.previous, self.next) {
-            (Some(previous), None) => previous.value,
-            (Some(previous), Some(next)) => {
-                let (near, far) = (f64::from(previous.z), f64::from(next.z));
-                let share = (f64::from(z) - near) / (far - near);
-                zip(previous.value, next.value, |from, to| from + (to - from) * share)
-            }
-            (None, Some(next)) if next.z <= z => zip(next.value, next.value, |_, _| 1.0),
-            (None, _) => return None,
-        };
-        let mut at = before;
-        while let Some(vertex) = self.next
-            && vertex.z <= z
-        {
-            at = vertex.value;
-            self.previous = self.next;
-            self.passed += 1;
-            self.next = self.vertex(self.passed);
-        }
-        Some([before, at])
-    }
-}
-
 /// The differences of many pixels: a tile, a level or a map.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DifferenceSummary {
@@ -200,6 +139,11 @@ impl DifferenceSummary {
         self.means += difference.mean;
         self.pixels += 1;
         self.keep_worst(pixel, difference);
+    }
+
+    /// Counts in so many pixels without a difference. O(1).
+    pub const fn add_equal(&mut self, pixels: usize) {
+        self.pixels += pixels;
     }
 
     /// Counts in the pixels of another summary.
@@ -249,7 +193,7 @@ impl DifferenceSummary {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Rgb, Transmittance, VisibilityFunction};
+    use crate::{Rgb, Transmittance, Vertex, VisibilityFunction};
 
     fn step(z: f32, to: Rgb) -> VisibilityFunction<Rgb> {
         let vertices = [Vertex::new(z, Rgb::new(1.0, 1.0, 1.0)), Vertex::new(z, to)];

@@ -9,4 +9,4 @@ pub(crate) mod sweep;
 pub(crate) mod transmittance_builder;
 pub(crate) mod transmittance_function;
 pub(crate) mod vertex;
-mod vertex_writer;
+pub(crate) mod vertex_writer;

@@ -5,6 +5,7 @@
 
 mod cases;
 mod functions;
+mod product;
 
 use dsm_core::{
     End, GreedyCompressor, Rgb, SumVertex, Tolerance, Transmittance, Vertex, VisibilityDifference,
