@@ -10,14 +10,17 @@
 mod achieved_error;
 mod any;
 mod attribute;
+mod blocks;
 mod cache;
 mod codec;
 mod columns;
 mod convert;
+mod crop;
 mod deep_exr;
 mod error;
 mod format;
 mod limits;
+mod merge;
 mod metadata;
 mod pyramid;
 mod reader;
@@ -32,8 +35,9 @@ pub use cache::{CacheStatistics, CachedMap, CachedTile, LookupCursor, TileCache}
 pub use codec::{Block, Codec, EncodedTile};
 pub use convert::{
     ConvertOptions, ExportOptions, ExportReport, ImportReport, MapDifference, MapSource,
-    WorstPixel, check_bound, compare, convert, export_deep_exr,
+    WorstPixel, check_bound, compare, compare_levels, convert, export_deep_exr,
 };
+pub use crop::Crop;
 pub use deep_exr::{
     Alpha, AlphaChannels, DeepExrError, DeepExrHeader, DeepExrReader, DeepRows, DeepSample,
     ExportCompression, ExportLayout, ExportSampleType, ExrAttribute, ExrChannel, ExrChannelType,
@@ -47,6 +51,7 @@ pub use format::section::SectionKind;
 pub use format::tile_id::{TileId, TileRect};
 pub use format::write::ContainerWriter;
 pub use limits::Limits;
+pub use merge::{MergeReport, merge};
 pub use metadata::Metadata;
 pub use pyramid::{PixelFunctions, PyramidOptions, PyramidSource, SourceTile, build_pyramid, mip};
 pub use reader::MapReader;

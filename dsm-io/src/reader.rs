@@ -12,7 +12,7 @@ use crate::format::directory::TileDirectory;
 use crate::format::level::Level;
 use crate::format::tile_id::{TileId, TileRect};
 use crate::source::Memory;
-use crate::{AchievedError, Error, Limits, Metadata, Result, Tile};
+use crate::{AchievedError, Crop, Error, Limits, Metadata, Result, Tile};
 
 /// An open deep map. Any number of threads may read from it.
 ///
@@ -28,6 +28,8 @@ use crate::{AchievedError, Error, Limits, Metadata, Result, Tile};
 pub struct MapReader {
     container: Container,
     metadata: Metadata,
+    /// Of a crop: what it is, and what the file states.
+    whole: Option<(Crop, Metadata)>,
     limits: Limits,
 }
 
@@ -67,16 +69,20 @@ impl MapReader {
     ///
     /// [`Error::Kind`] if it holds another kind of map.
     pub fn new(container: Container, limits: &Limits) -> Result<Self> {
-        let checked = container.metadata().and_then(Metadata::from_json).and_then(|metadata| {
-            let level = container.level(0)?;
-            if [level.width, level.height] == [metadata.width, metadata.height] {
-                Ok(metadata)
-            } else {
-                Err(Error::invalid(Place::Level(0), "the metadata state another size"))
+        let checked = container.metadata().and_then(Metadata::from_json).and_then(|stated| {
+            let refuse = |reason| Err(Error::invalid(Place::Level(0), reason));
+            let crop = match Crop::of_level(container.level(0)?, [stated.width, stated.height]) {
+                Ok(crop) => crop,
+                Err(reason) => return refuse(reason),
+            };
+            let Some(crop) = crop else { return Ok((stated, None)) };
+            if container.levels().len() > 1 {
+                return refuse("a part of a map has one level");
             }
+            Ok((crop.metadata(&stated)?, Some((crop, stated))))
         });
-        let metadata = checked.map_err(|error| error.in_file(container.path()))?;
-        Ok(Self { container, metadata, limits: limits.clone() })
+        let (metadata, whole) = checked.map_err(|error| error.in_file(container.path()))?;
+        Ok(Self { container, metadata, whole, limits: limits.clone() })
     }
 
     /// The file's sections, levels and tiles.
@@ -85,10 +91,23 @@ impl MapReader {
         &self.container
     }
 
-    /// What the map says of itself.
+    /// What the map says of itself. Of a crop: what it would as a map of its
+    /// own, its size and its window among the whole map's.
     #[must_use]
     pub const fn metadata(&self) -> &Metadata {
         &self.metadata
+    }
+
+    /// Which part of a map this is, if it is not a whole one.
+    #[must_use]
+    pub fn crop(&self) -> Option<Crop> {
+        self.whole.as_ref().map(|(crop, _)| *crop)
+    }
+
+    /// What the whole map says of itself, as the file states it.
+    #[must_use]
+    pub fn whole_metadata(&self) -> &Metadata {
+        self.whole.as_ref().map_or(&self.metadata, |(_, whole)| whole)
     }
 
     /// The levels, finest first, view by view.

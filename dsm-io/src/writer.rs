@@ -10,7 +10,7 @@ use crate::error::check_limit;
 use crate::format::level::Level;
 use crate::format::tile_id::TileId;
 use crate::format::write::ContainerWriter;
-use crate::{AchievedError, Error, Limits, Metadata, Result};
+use crate::{AchievedError, Crop, Error, Limits, Metadata, Result};
 
 /// How a map is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,6 +79,7 @@ pub struct MapWriter {
     metadata: Metadata,
     json: Vec<u8>,
     options: WriteOptions,
+    is_crop: bool,
 }
 
 impl MapWriter {
@@ -95,14 +96,66 @@ impl MapWriter {
         metadata: Metadata,
         options: WriteOptions,
     ) -> Result<Self> {
+        let tolerance = metadata.info.tolerance.epsilon();
+        let level = Level::new(metadata.width, metadata.height, options.tile_size, tolerance);
+        Self::start(path.as_ref(), metadata, level, options)
+    }
+
+    /// Starts a file that holds a part of a map, whose whole the metadata
+    /// describe. Tiles count from the crop's first; no other levels may be
+    /// added. [`merge`](crate::merge) puts the parts together: where each
+    /// tile has the same bytes, the result is the file that would have been
+    /// written as a whole.
+    ///
+    /// ```
+    /// use dsm_core::MapInfo;
+    /// use dsm_io::{Crop, Limits, MapReader, MapWriter, Metadata, WriteOptions};
+    ///
+    /// # let folder = tempfile::tempdir()?;
+    /// # let path = folder.path().join("right.dsm");
+    /// let whole = Metadata::new(640, 480, 1, MapInfo::default());
+    /// let right = Crop { x: 320, y: 0, width: 320, height: 480 };
+    /// MapWriter::create_crop(&path, whole, right, WriteOptions::default())?.finish()?;
+    ///
+    /// let reader = MapReader::open(&path, &Limits::default())?;
+    /// assert_eq!(reader.crop(), Some(right));
+    /// assert_eq!((reader.metadata().width, reader.whole_metadata().width), (320, 640));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::create`], and [`Error::Caller`] if the crop does not lie in
+    /// the map, or doesn't begin and end on the borders of tiles or at the
+    /// map's edge.
+    pub fn create_crop(
+        path: impl AsRef<Path>,
+        metadata: Metadata,
+        crop: Crop,
+        options: WriteOptions,
+    ) -> Result<Self> {
+        let past = |_| Error::caller("a crop must begin before pixel 2³¹");
+        let tolerance = metadata.info.tolerance.epsilon();
+        let level = Level {
+            x: crop.x.try_into().map_err(past)?,
+            y: crop.y.try_into().map_err(past)?,
+            ..Level::new(crop.width, crop.height, options.tile_size, tolerance)
+        };
+        Self::start(path.as_ref(), metadata, level, options)
+    }
+
+    fn start(path: &Path, metadata: Metadata, level: Level, options: WriteOptions) -> Result<Self> {
         let json = metadata.to_json()?;
         let limit = Limits::default().max_header_bytes;
         check_limit("bytes of metadata", json.len() as u64, limit)?;
+        if let Some(rule) = level.broken_rule() {
+            return Err(Error::caller(rule));
+        }
+        let whole = [metadata.width, metadata.height];
+        let is_crop = Crop::of_level(&level, whole).map_err(Error::caller)?.is_some();
         let mut container = ContainerWriter::create(path)?;
-        let tolerance = metadata.info.tolerance.epsilon();
-        let (width, height) = (metadata.width, metadata.height);
-        container.add_level(Level::new(width, height, options.tile_size, tolerance))?;
-        Ok(Self { container, metadata, json, options })
+        container.add_level(level)?;
+        Ok(Self { container, metadata, json, options, is_crop })
     }
 
     /// Adds a level, such as the next of a pyramid, and returns its index.
@@ -110,12 +163,15 @@ impl MapWriter {
     /// # Errors
     ///
     /// [`Error::Caller`] if its sizes break a rule, or its view and number
-    /// don't follow those of the level before.
+    /// don't follow those of the level before, or this is a crop.
     pub fn add_level(&mut self, level: Level) -> Result<u32> {
+        if self.is_crop {
+            return Err(Error::caller("a part of a map has one level"));
+        }
         self.container.add_level(level)
     }
 
-    /// The map's metadata.
+    /// The metadata, of a crop the whole map's.
     #[must_use]
     pub const fn metadata(&self) -> &Metadata {
         &self.metadata

@@ -28,9 +28,11 @@ fn main() -> ExitCode {
     };
     let done = match request {
         Request::Convert(request) => cmd::convert::run(&request),
+        Request::Diff(request) => cmd::diff::run(&request),
         Request::Inspect(request) => cmd::inspect::run(&request),
         Request::Lookup(request) => cmd::lookup::run(&request),
         Request::Mip(request) => cmd::mip::run(&request),
+        Request::Merge(request) => cmd::merge::run(&request),
         Request::Verify(request) => cmd::verify::run(&request),
     };
     match done {

@@ -2,14 +2,19 @@
 
 use std::ops::Range;
 
-use dsm_core::{DifferenceSummary, Rgb, Tolerance, Transmittance, VisibilityDifference};
+use dsm_core::{
+    DifferenceSummary, Rgb, Tolerance, Transmittance, VisibilityDifference, VisibilityFunction,
+};
 use rayon::prelude::*;
 
 use super::rows::ExactFunction;
 use super::{ImportReport, MapSource};
+use crate::blocks::{BLOCKS_A_THREAD, Blocks, Region, is_empty};
+use crate::format::level::Level;
+use crate::format::tile_id::TileRect;
 use crate::{AchievedError, Error, MapReader, Result};
 
-/// Rows that are compared at a time: bounds the memory.
+/// Rows of images that are compared at a time: bounds the memory.
 const BAND: u32 = 64;
 
 /// Pixels that one task compares.
@@ -18,7 +23,7 @@ const CHUNK: usize = 1024;
 /// The difference of two files of one size.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MapDifference {
-    /// The mean of the pixels' means; see
+    /// The mean of the pixels' means, over all levels; see
     /// [`VisibilityDifference::mean`](dsm_core::VisibilityDifference::mean).
     pub mean: f64,
     /// The largest difference of any pixel, depth and channel, and where it
@@ -27,6 +32,28 @@ pub struct MapDifference {
 }
 
 impl MapDifference {
+    /// The difference of levels, by their indices and widths.
+    fn of_levels(levels: impl IntoIterator<Item = (u32, u32, DifferenceSummary)>) -> Self {
+        let (mut difference, mut sum, mut pixels) = (Self::default(), 0.0, 0);
+        for (level, width, summary) in levels {
+            sum += summary.mean() * summary.pixels() as f64;
+            pixels += summary.pixels();
+            let worst = summary.worst().filter(|(_, worst)| worst.max() > difference.max());
+            difference.worst = worst.map_or(difference.worst, |(pixel, worst)| {
+                Some(WorstPixel {
+                    level,
+                    x: (pixel % width as usize) as u32,
+                    y: (pixel / width as usize) as u32,
+                    z: worst.depth(),
+                    channel: worst.channel(),
+                    difference: worst.max(),
+                })
+            });
+        }
+        difference.mean = if pixels == 0 { 0.0 } else { sum / pixels as f64 };
+        difference
+    }
+
     /// The largest difference; 0 if there is none.
     #[must_use]
     pub fn max(&self) -> f64 {
@@ -37,6 +64,8 @@ impl MapDifference {
 /// Where two maps differ the most.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WorstPixel {
+    /// Index of the level; of an image 0.
+    pub level: u32,
     /// Column.
     pub x: u32,
     /// Row.
@@ -52,6 +81,9 @@ pub struct WorstPixel {
 /// Compares level 0 of two files, pixel by pixel, exactly but for the chords
 /// of curved stretches (5e-7). `progress` is told how many rows are done.
 ///
+/// Memory: of maps a few tiles a thread, of images a band of rows. Where two
+/// maps have empty tiles, they cost nothing.
+///
 /// # Errors
 ///
 /// [`Error::Caller`] if their sizes or channels differ; else what keeps one
@@ -61,9 +93,66 @@ pub fn compare(
     b: &mut MapSource,
     mut progress: impl FnMut(u32),
 ) -> Result<MapDifference> {
-    let [width, height] = a.size();
-    if b.size() != [width, height] {
-        let [other_width, other_height] = b.size();
+    check_alike(a, b)?;
+    match (&*a, &*b) {
+        (MapSource::Map(a), MapSource::Map(b)) => {
+            let summary = compare_maps(a, b, 0, &mut progress)?;
+            Ok(MapDifference::of_levels([(0, a.metadata().width, summary)]))
+        }
+        _ => compare_rows_of(a, b, progress),
+    }
+}
+
+/// Compares two files as [`compare`] does, of two maps all levels that both
+/// have. The mean is over the pixels of all. `progress` is told how many rows
+/// are done, and of how many.
+///
+/// # Errors
+///
+/// As [`compare`]; also if levels of one number have other sizes, or the two
+/// are other parts of a map.
+pub fn compare_levels(
+    a: &mut MapSource,
+    b: &mut MapSource,
+    mut progress: impl FnMut(u64, u64),
+) -> Result<MapDifference> {
+    check_alike(a, b)?;
+    let total = u64::from(a.size()[1]);
+    let (MapSource::Map(a), MapSource::Map(b)) = (&*a, &*b) else {
+        return compare_rows_of(a, b, |rows| progress(rows.into(), total));
+    };
+    if let (Some(one), Some(other)) = (a.crop(), b.crop())
+        && one != other
+    {
+        return Err(Error::caller("they are other parts of a map"));
+    }
+    let common: Vec<(u32, &Level, &Level)> = (0..)
+        .zip(a.levels().iter().zip(b.levels()))
+        .map(|(index, (a, b))| (index, a, b))
+        .take_while(|(_, a, b)| [a.view, a.number] == [b.view, b.number])
+        .collect();
+    for (index, a, b) in &common {
+        if [a.width, a.height] != [b.width, b.height] {
+            return Err(Error::caller(format!(
+                "the sizes of level {index} differ: {} × {} and {} × {} pixels",
+                a.width, a.height, b.width, b.height
+            )));
+        }
+    }
+    let total = common.iter().map(|(_, level, _)| u64::from(level.height)).sum();
+    let (mut before, mut levels) = (0, Vec::new());
+    for (index, level, _) in &common {
+        let rows_done = &mut |rows: u32| progress(before + u64::from(rows), total);
+        levels.push((*index, level.width, compare_maps(a, b, *index, rows_done)?));
+        before += u64::from(level.height);
+    }
+    Ok(MapDifference::of_levels(levels))
+}
+
+/// Refuses files of other sizes or numbers of channels.
+fn check_alike(a: &MapSource, b: &MapSource) -> Result<()> {
+    let ([width, height], [other_width, other_height]) = (a.size(), b.size());
+    if [width, height] != [other_width, other_height] {
         return Err(Error::caller(format!(
             "the sizes differ: {width} × {height} and {other_width} × {other_height} pixels"
         )));
@@ -72,6 +161,16 @@ pub fn compare(
         let (a, b) = (a.channels(), b.channels());
         return Err(Error::caller(format!("the numbers of channels differ: {a} and {b}")));
     }
+    Ok(())
+}
+
+/// Compares files of which one is an image, a band of rows at a time.
+fn compare_rows_of(
+    a: &mut MapSource,
+    b: &mut MapSource,
+    mut progress: impl FnMut(u32),
+) -> Result<MapDifference> {
+    let [width, height] = a.size();
     let mut summary = DifferenceSummary::default();
     for top in (0..height).step_by(BAND as usize) {
         let rows = top..top.saturating_add(BAND).min(height);
@@ -83,17 +182,75 @@ pub fn compare(
         summary.merge(&band);
         progress(rows.end);
     }
-    let worst = summary.worst().filter(|(_, difference)| difference.max() > 0.0);
-    Ok(MapDifference {
-        mean: summary.mean(),
-        worst: worst.map(|(pixel, difference)| WorstPixel {
-            x: (pixel % width as usize) as u32,
-            y: (pixel / width as usize) as u32,
-            z: difference.depth(),
-            channel: difference.channel(),
-            difference: difference.max(),
-        }),
-    })
+    Ok(MapDifference::of_levels([(0, width, summary)]))
+}
+
+/// Compares levels of one size, a few blocks of tiles at a time.
+fn compare_maps(
+    a: &MapReader,
+    b: &MapReader,
+    index: u32,
+    progress: &mut impl FnMut(u32),
+) -> Result<DifferenceSummary> {
+    let (level, other) = (a.container().level(index)?, b.container().level(index)?);
+    let blocks = Blocks::new(level, [other]);
+    let mut summary = DifferenceSummary::default();
+    let batch = BLOCKS_A_THREAD * rayon::current_num_threads() as u64;
+    for start in (0..blocks.count()).step_by(batch as usize) {
+        let end = start.saturating_add(batch).min(blocks.count());
+        // Merged in order: the same sums with any number of threads.
+        let compared = (start..end)
+            .into_par_iter()
+            .map(|block| {
+                let rect = blocks.rect(block);
+                if a.metadata().channels == 1 {
+                    compare_block::<f32>(a, b, index, rect)
+                } else {
+                    compare_block::<Rgb>(a, b, index, rect)
+                }
+            })
+            .collect::<Result<Vec<_>>>()?;
+        compared.iter().for_each(|block| summary.merge(block));
+        let last = blocks.rect(end - 1);
+        progress(last.y + last.height);
+    }
+    Ok(summary)
+}
+
+fn compare_block<T: Transmittance>(
+    a: &MapReader,
+    b: &MapReader,
+    index: u32,
+    rect: TileRect,
+) -> Result<DifferenceSummary> {
+    let mut summary = DifferenceSummary::default();
+    if is_empty(a, index, rect)? && is_empty(b, index, rect)? {
+        summary.add_equal(rect.pixel_count() as usize);
+        return Ok(summary);
+    }
+    let width = a.container().level(index)?.width as usize;
+    let (a, b) = (Region::<T>::read(a, index, rect)?, Region::<T>::read(b, index, rect)?);
+    let clear = VisibilityFunction::<T>::clear();
+    let rows: Vec<_> = (rect.y..rect.y + rect.height)
+        .into_par_iter()
+        .map(|y| {
+            let mut row = DifferenceSummary::default();
+            for x in rect.x..rect.x + rect.width {
+                let (a, b) = match (a.function(x, y), b.function(x, y)) {
+                    (None, None) => {
+                        row.add_equal(1);
+                        continue;
+                    }
+                    (a, b) => (a.unwrap_or(clear.view()), b.unwrap_or(clear.view())),
+                };
+                let pixel = y as usize * width + x as usize;
+                row.add(pixel, VisibilityDifference::between(&a, &b));
+            }
+            row
+        })
+        .collect();
+    rows.iter().for_each(|row| summary.merge(row));
+    Ok(summary)
 }
 
 /// Checks that `map` keeps the bound that it states against `source`, with

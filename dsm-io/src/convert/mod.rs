@@ -12,7 +12,7 @@ mod source;
 mod stored_rows;
 mod tiles;
 
-pub use compare::{MapDifference, WorstPixel, check_bound, compare};
+pub use compare::{MapDifference, WorstPixel, check_bound, compare, compare_levels};
 pub use export::{ExportOptions, ExportReport, export_deep_exr};
 pub use report::ImportReport;
 pub use source::MapSource;

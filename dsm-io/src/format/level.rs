@@ -91,7 +91,7 @@ impl Level {
     }
 
     /// Which rule the level breaks, if any.
-    pub(super) fn broken_rule(&self) -> Option<&'static str> {
+    pub(crate) fn broken_rule(&self) -> Option<&'static str> {
         let sizes = [self.width, self.height, self.tile_width, self.tile_height];
         if sizes.iter().any(|size| !(1..=MAX_SIZE).contains(size)) {
             return Some("sizes and tile sizes must lie between 1 and 2³¹ − 1");

@@ -1,15 +1,19 @@
 //! What was typed, and what it asks for.
 
 mod convert;
+mod diff;
 mod inspect;
 mod lookup;
+mod merge;
 mod mip;
 mod values;
 mod verify;
 
 pub(crate) use convert::{Convert, ConvertTarget};
+pub(crate) use diff::Diff;
 pub(crate) use inspect::{Inspect, SliceFile};
 pub(crate) use lookup::{Lookup, Space};
+pub(crate) use merge::Merge;
 pub(crate) use mip::Mip;
 pub(crate) use values::ImageFormat;
 pub(crate) use verify::Verify;
@@ -17,7 +21,8 @@ pub(crate) use verify::Verify;
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 
-/// Converts, inspects, looks up, mip-maps and verifies deep shadow maps.
+/// Converts, inspects, looks up, mip-maps, compares, merges and verifies deep
+/// shadow maps.
 #[derive(Debug, Parser)]
 #[command(name = "dsm-tools", version)]
 struct Arguments {
@@ -28,9 +33,11 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     Convert(convert::ConvertFlags),
+    Diff(diff::DiffFlags),
     Inspect(inspect::InspectFlags),
     Lookup(lookup::LookupFlags),
     Mip(mip::MipFlags),
+    Merge(merge::MergeFlags),
     Verify(verify::VerifyFlags),
 }
 
@@ -39,9 +46,11 @@ enum Command {
 #[derive(Debug)]
 pub(crate) enum Request {
     Convert(Convert),
+    Diff(Diff),
     Inspect(Inspect),
     Lookup(Lookup),
     Mip(Mip),
+    Merge(Merge),
     Verify(Verify),
 }
 
@@ -52,11 +61,13 @@ impl Request {
             Command::Convert(flags) => {
                 Self::Convert(flags.try_into().map_err(|error| wrong("convert", error))?)
             }
+            Command::Diff(flags) => Self::Diff(flags.into()),
             Command::Inspect(flags) => Self::Inspect(flags.into()),
             Command::Lookup(flags) => {
                 Self::Lookup(flags.try_into().map_err(|error| wrong("lookup", error))?)
             }
             Command::Mip(flags) => Self::Mip(flags.into()),
+            Command::Merge(flags) => Self::Merge(flags.into()),
             Command::Verify(flags) => Self::Verify(flags.into()),
         })
     }

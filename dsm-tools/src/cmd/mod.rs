@@ -1,7 +1,9 @@
 //! The commands: what each does, once it is known what is asked.
 
 pub(crate) mod convert;
+pub(crate) mod diff;
 pub(crate) mod inspect;
 pub(crate) mod lookup;
+pub(crate) mod merge;
 pub(crate) mod mip;
 pub(crate) mod verify;

@@ -4,10 +4,12 @@
 #![cfg(test)]
 
 mod convert;
+mod diff;
 mod inspect;
 mod lookup;
 mod maps;
 mod mip;
+mod merge;
 mod run;
 mod usage;
 mod verify;

@@ -8,7 +8,7 @@ use dsm_io::{AnyDeepMap, Block, Limits, MapReader};
 
 use crate::damage::defects;
 use crate::examples::{Example, coloured, document, mono};
-use crate::pixels::bits;
+use crate::round_trip::bits;
 
 fn data() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("data/dsm-1")

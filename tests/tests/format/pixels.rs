@@ -1,6 +1,6 @@
 //! Pixels to write: any that the invariant allows.
 
-use dsm_core::{PixelLists, PixelListsBuilder, PixelListsView, Transmittance, Vertex};
+use dsm_core::{PixelLists, PixelListsBuilder, Transmittance, Vertex};
 use proptest::collection::{btree_set, vec};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -63,12 +63,13 @@ fn pixel<T: Transmittance>() -> impl Strategy<Value = Vec<Vertex<T>>> {
     })
 }
 
-/// Up to 9 × 9 pixels, many of them empty.
-pub(crate) fn pixel_lists<T: Transmittance>() -> impl Strategy<Value = PixelLists<T>> {
-    (1_u32..=9, 1_u32..=9).prop_flat_map(|(width, height)| {
-        let pixel = prop_oneof![1 => Just(Vec::new()), 2 => pixel::<T>()];
-        vec(pixel, (width * height) as usize).prop_map(move |pixels| build(width, height, pixels))
-    })
+/// So many pixels, many of them empty.
+pub(crate) fn pixel_lists_of<T: Transmittance>(
+    width: u32,
+    height: u32,
+) -> impl Strategy<Value = PixelLists<T>> {
+    let pixel = prop_oneof![1 => Just(Vec::new()), 2 => pixel::<T>()];
+    vec(pixel, (width * height) as usize).prop_map(move |pixels| build(width, height, pixels))
 }
 
 /// These pixels, row by row.
@@ -83,15 +84,4 @@ pub(crate) fn build<T: Transmittance>(
         lists.finish_pixel().unwrap();
     }
     lists.finish().unwrap()
-}
-
-/// All columns, bit for bit.
-pub(crate) fn bits<T: Transmittance>(pixels: PixelListsView<'_, T>) -> [Vec<u32>; 4] {
-    let bits = |column: &[f32]| column.iter().map(|value| value.to_bits()).collect();
-    [
-        pixels.starts().to_vec(),
-        pixels.value_starts().to_vec(),
-        bits(pixels.depths()),
-        bits(pixels.values()),
-    ]
 }

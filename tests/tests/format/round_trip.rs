@@ -1,12 +1,28 @@
 //! What is written is read, bit for bit, from either source.
 
-use dsm_core::{DeepMap, MapInfo, PixelLists, Rgb, Transmittance};
+use dsm_core::{DeepMap, MapInfo, PixelLists, PixelListsView, Rgb, Transmittance};
 use dsm_io::{
     AchievedError, AnyDeepMap, Block, Limits, MapReader, Metadata, TileId, WriteOptions, write_map,
 };
 use proptest::prelude::*;
 
-use crate::pixels::{bits, config, pixel_lists};
+use crate::pixels::{config, pixel_lists_of};
+
+/// Up to 9 × 9 pixels, many of them empty.
+fn pixel_lists<T: Transmittance>() -> impl Strategy<Value = PixelLists<T>> {
+    (1_u32..=9, 1_u32..=9).prop_flat_map(|(width, height)| pixel_lists_of(width, height))
+}
+
+/// All columns, bit for bit.
+pub(crate) fn bits<T: Transmittance>(pixels: PixelListsView<'_, T>) -> [Vec<u32>; 4] {
+    let bits = |column: &[f32]| column.iter().map(|value| value.to_bits()).collect();
+    [
+        pixels.starts().to_vec(),
+        pixels.value_starts().to_vec(),
+        bits(pixels.depths()),
+        bits(pixels.values()),
+    ]
+}
 
 fn check<T: Transmittance>(pixels: &PixelLists<T>, options: WriteOptions) {
     let folder = tempfile::tempdir().unwrap();

@@ -1,0 +1,108 @@
+//! Several maps into one: the light past all of them, or parts put together.
+
+mod assemble;
+mod multiply;
+
+use std::path::Path;
+
+use dsm_core::Tolerance;
+
+use crate::{Error, MapReader, Result};
+
+/// What was made of several maps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum MergeReport {
+    /// Level 0 of the maps was multiplied.
+    #[non_exhaustive]
+    Multiplied {
+        /// The tolerance that the product states.
+        tolerance: Tolerance,
+        /// How many other levels the maps had.
+        lost_levels: usize,
+    },
+    /// The maps were parts of one, which they are again.
+    Assembled,
+}
+
+/// Makes one map of two or more, at `output`. `progress` is told how much is
+/// done, and of how much.
+///
+/// Maps of the same pixels are multiplied: the fraction of light that gets past
+/// all of them, where what they block has nothing to do with each other. (Two
+/// opaque halves of a pixel multiply to ¼; the truth is ½ or 0.) The product
+/// states the sum of their tolerances and `tolerance`, which it may add: 0
+/// multiplies steps as they are, and smooth stretches within 5e-7. Only if
+/// several maps used the slack that a tolerance has for that, it states as
+/// much more as the sum needs. One coloured map makes a coloured product. The
+/// tiles are those of the first map, and so are attributes; the number of
+/// samples and the filter are kept where all agree. Level 0 alone is read.
+///
+/// Crops of one map, which together cover it once, are put together. Their
+/// tiles are copied as they are, so that the result is the file that would
+/// have been written as a whole.
+///
+/// Memory: a few tiles of each map a thread, and 64 bytes a tile. Tiles are
+/// multiplied in parallel, on the current rayon pool. The same input gives the
+/// same bytes whatever the number of threads. Where all maps are empty, a tile
+/// costs nothing. On an error `output` is what it was before; it may be one of
+/// the maps.
+///
+/// # Errors
+///
+/// [`Error::Caller`] if there are fewer than two maps, they are neither of the
+/// same pixels nor crops that fit together, their cameras or windows differ,
+/// crops are given a tolerance, or tolerances add up to 1; else what is wrong
+/// with a map, or keeps the output from being written.
+pub fn merge(
+    maps: &[MapReader],
+    output: &Path,
+    tolerance: Option<Tolerance>,
+    progress: impl FnMut(u64, u64),
+) -> Result<MergeReport> {
+    let [first, others @ ..] = maps else {
+        return Err(Error::caller("there is nothing to merge"));
+    };
+    if others.is_empty() {
+        return Err(Error::caller("one map alone can't be merged"));
+    }
+    if others.iter().all(|other| pixels(other) == pixels(first)) {
+        return multiply::multiply(maps, output, tolerance.unwrap_or_default(), progress);
+    }
+    if maps.iter().all(|map| map.crop().is_some()) {
+        if tolerance.is_some() {
+            let reason = "crops are put together as they are: a tolerance has no use";
+            return Err(Error::caller(reason));
+        }
+        assemble::assemble(maps, output, progress)?;
+        return Ok(MergeReport::Assembled);
+    }
+    let sizes: Vec<_> = maps.iter().map(size_text).collect();
+    Err(Error::caller(format!(
+        "maps of the same pixels are multiplied and crops of one map put together, but these \
+         have {}",
+        sizes.join(", ")
+    )))
+}
+
+/// Which pixels a file has, of which map.
+fn pixels(map: &MapReader) -> ([u32; 2], Option<crate::Crop>) {
+    let whole = map.whole_metadata();
+    ([whole.width, whole.height], map.crop())
+}
+
+fn size_text(map: &MapReader) -> String {
+    let ([width, height], crop) = pixels(map);
+    match crop {
+        None => format!("{width} × {height} pixels"),
+        Some(crop) => format!(
+            "{} × {} pixels at ({}, {}) of {width} × {height}",
+            crop.width, crop.height, crop.x, crop.y
+        ),
+    }
+}
+
+/// An error about a map that names its file, if it has one.
+fn refuse(map: &MapReader, reason: String) -> Error {
+    Error::caller(reason).in_file(map.container().path())
+}

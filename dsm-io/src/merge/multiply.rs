@@ -1,0 +1,199 @@
+//! Maps of the same pixels into the light past all of them.
+
+use std::path::Path;
+
+use dsm_core::{
+    DifferenceSummary, PixelListsBuilder, Rgb, Tolerance, Transmittance, VisibilityDifference,
+    VisibilityProduct,
+};
+use rayon::prelude::*;
+
+use super::{MergeReport, refuse};
+use crate::blocks::{AnyRegion, BLOCKS_A_THREAD, Blocks, is_empty, stated_error, tiles_of};
+use crate::codec::{Block, Codec, EncodedTile};
+use crate::convert::compress_pixel;
+use crate::format::level::Level;
+use crate::format::tile_id::TileRect;
+use crate::format::write::ContainerWriter;
+use crate::{AchievedError, Error, MapReader, Metadata, Result, TileId};
+
+/// Multiplies level 0 of maps of the same pixels.
+pub(super) fn multiply(
+    maps: &[MapReader],
+    output: &Path,
+    added: Tolerance,
+    mut progress: impl FnMut(u64, u64),
+) -> Result<MergeReport> {
+    let Some(first) = maps.first() else { return Err(Error::caller("there is nothing to merge")) };
+    let metadata = metadata(first, maps, added)?;
+    let json = metadata.to_json()?;
+    let tolerance = metadata.info.tolerance;
+    let level =
+        Level { tolerance: tolerance.epsilon(), error: AchievedError::NONE, ..first.levels()[0] };
+    let product = Product { maps, level, added, block: block(maps) };
+    let blocks = Blocks::new(&level, maps.iter().map(|map| &map.levels()[0]));
+    let mut writer = ContainerWriter::create(output)?;
+    writer.add_level(level)?;
+    let batch = BLOCKS_A_THREAD * rayon::current_num_threads() as u64;
+    for start in (0..blocks.count()).step_by(batch as usize) {
+        let end = start.saturating_add(batch).min(blocks.count());
+        let tiles = (start..end)
+            .into_par_iter()
+            .map(|index| match metadata.channels {
+                1 => product.block::<f32>(blocks.rect(index)),
+                _ => product.block::<Rgb>(blocks.rect(index)),
+            })
+            .collect::<Result<Vec<_>>>()?;
+        for MultipliedTile { id, encoded, achieved } in tiles.into_iter().flatten() {
+            writer.write_tile(id, &encoded, achieved)?;
+        }
+        progress(end, blocks.count());
+    }
+    writer.finish(&json)?;
+    let lost_levels = maps.iter().map(|map| map.levels().len() - 1).sum();
+    Ok(MergeReport::Multiplied { tolerance, lost_levels })
+}
+
+/// What the product says of itself, or of the whole map it is a crop of.
+fn metadata(first: &MapReader, maps: &[MapReader], added: Tolerance) -> Result<Metadata> {
+    let stated = first.whole_metadata();
+    let mut info = stated.info;
+    for map in maps {
+        let other = map.whole_metadata().info;
+        if other.depth_kind != info.depth_kind {
+            return Err(refuse(map, "its depths are of another kind than the first map's".into()));
+        }
+        // What a map doesn't know doesn't contradict.
+        let differs = agree(&mut info.camera, other.camera, "camera")
+            .or_else(|| agree(&mut info.data_window, other.data_window, "data window"))
+            .or_else(|| agree(&mut info.display_window, other.display_window, "display window"));
+        if let Some(what) = differs {
+            return Err(refuse(map, format!("its {what} differs from an earlier map's")));
+        }
+        info.samples = info.samples.filter(|_| other.samples == info.samples);
+        info.filter = info.filter.filter(|_| other.filter == info.filter);
+    }
+    info.tolerance = tolerance(maps, added)?;
+    let channels = maps.iter().map(|map| map.metadata().channels).max().unwrap_or(1);
+    let mut metadata = Metadata::new(stated.width, stated.height, channels, info);
+    metadata.attributes = stated.attributes.clone();
+    Ok(metadata)
+}
+
+/// Learns what another map knows; says `what` if the two know differently.
+fn agree<V: Copy + PartialEq>(
+    known: &mut Option<V>,
+    other: Option<V>,
+    what: &'static str,
+) -> Option<&'static str> {
+    match (*known, other) {
+        (Some(known), Some(other)) => (known != other).then_some(what),
+        (None, _) => {
+            *known = other;
+            None
+        }
+        (_, None) => None,
+    }
+}
+
+/// The bound of the product: |ab − a′b′| ≤ |a − a′| + |b − b′|.
+fn tolerance(maps: &[MapReader], added: Tolerance) -> Result<Tolerance> {
+    let levels = || maps.iter().map(|map| map.levels()[0]);
+    let epsilon = f64::from(added.epsilon());
+    let stated = levels().map(|level| level.tolerance).sum::<f32>() + added.epsilon();
+    // Each map may be off by the slack more than it states, the product only
+    // once; its own chords and rounding come on top.
+    let own = epsilon.max(Tolerance::CHORD_FLOOR) + f64::from(f32::EPSILON);
+    let needed = levels().map(|level| f64::from(level.error.max)).sum::<f64>() + own;
+    let stated = stated.max((needed - f64::from(AchievedError::SLACK)) as f32);
+    Tolerance::new(stated).map_err(|_| {
+        Error::caller(format!(
+            "the tolerances of the maps and what the product may add come to {stated}: no bound"
+        ))
+    })
+}
+
+/// How the first map that has tiles packs them.
+fn block(maps: &[MapReader]) -> Block {
+    let entries = maps.iter().filter_map(|map| map.directory(0).ok());
+    let mut tiles = entries.flat_map(|directory| directory.iter());
+    let packed = tiles.find(|(_, entry)| !entry.is_empty());
+    packed.and_then(|(_, entry)| Block::from_tag(entry.block)).unwrap_or(Block::Zstd)
+}
+
+struct Product<'a> {
+    maps: &'a [MapReader],
+    level: Level,
+    added: Tolerance,
+    block: Block,
+}
+
+struct MultipliedTile {
+    id: TileId,
+    encoded: EncodedTile,
+    achieved: AchievedError,
+}
+
+impl Product<'_> {
+    /// Multiplies the tiles of a block.
+    fn block<T: Transmittance>(&self, block: TileRect) -> Result<Vec<MultipliedTile>> {
+        let mut regions = Vec::new();
+        for map in self.maps {
+            // What is clear everywhere is no factor.
+            if !is_empty(map, 0, block)? {
+                regions.push(AnyRegion::<T>::read(map, 0, block)?);
+            }
+        }
+        tiles_of(0, &self.level, block)
+            .collect::<Vec<_>>()
+            .into_par_iter()
+            .map(|id| {
+                let rect = self.level.tile_rect(id.x, id.y).ok_or(Error::NoSuchTile(id))?;
+                let (encoded, own) = self.tile(&regions, rect)?;
+                let mut achieved = own;
+                for map in self.maps {
+                    let stated = stated_error(map, 0, rect)?;
+                    achieved.max += stated.max;
+                    achieved.mean += stated.mean;
+                }
+                let max = achieved.max.min(1.0);
+                let achieved = AchievedError { max, mean: achieved.mean.min(max) };
+                Ok(MultipliedTile { id, encoded, achieved })
+            })
+            .collect()
+    }
+
+    /// Multiplies one tile, and measures what that added to the errors.
+    fn tile<T: Transmittance>(
+        &self,
+        regions: &[AnyRegion<'_, T>],
+        rect: TileRect,
+    ) -> Result<(EncodedTile, AchievedError)> {
+        if regions.is_empty() {
+            return Ok((EncodedTile::default(), AchievedError::NONE));
+        }
+        let mut pixels = PixelListsBuilder::<T>::new(rect.width, rect.height);
+        let mut product = VisibilityProduct::<T>::default();
+        let mut functions = vec![Vec::new(); regions.len()];
+        let mut differences = DifferenceSummary::default();
+        let (mut worst, mut chords) = (0.0_f64, 0.0_f64);
+        for (y, x) in (0..rect.height).flat_map(|y| (0..rect.width).map(move |x| (y, x))) {
+            for (region, function) in regions.iter().zip(&mut functions) {
+                region.copy_function(rect.x + x, rect.y + y, function);
+            }
+            product.multiply(&functions, self.added.chord());
+            let chord_error = product.chord_error();
+            compress_pixel(product.vertices(), self.added.after(chord_error), &mut pixels)?;
+            if let Some(compressed) = pixels.last_pixel() {
+                let difference = VisibilityDifference::between(product.vertices(), &compressed);
+                worst = worst.max(difference.max() + chord_error);
+                chords += chord_error;
+                differences.add(differences.pixels(), difference);
+            }
+        }
+        let encoded = EncodedTile::encode(pixels.finish()?.view(), Codec::Exact, self.block)?;
+        let mean = differences.mean() + chords / differences.pixels().max(1) as f64;
+        let max = worst as f32;
+        Ok((encoded, AchievedError { max, mean: (mean as f32).min(max) }))
+    }
+}
