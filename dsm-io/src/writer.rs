@@ -48,8 +48,15 @@ impl WriteOptions {
 ///
 /// The file appears under its name when [`Self::finish`] has written all of
 /// it to the disk; until then, and if that never happens, whatever had the
-/// name stays as it was. A symbolic link is replaced by the file. Memory: 64
-/// bytes for each tile of the map, and one encoded tile.
+/// name stays as it was. A symbolic link stays one, and the file that it leads
+/// to is replaced. A file that is replaced keeps its permissions; a new one has
+/// those of any new file. Memory: 64 bytes for each tile of the map, and one
+/// encoded tile.
+///
+/// While it is written, the file is called `.NAME.xxxxxx.partial` beside its
+/// place. A process that is killed leaves it there; whoever writes the same
+/// name next removes it. Files that are being written are locked (an advisory
+/// lock), so that nobody removes those.
 ///
 /// ```
 /// use dsm_core::{MapInfo, PixelListsBuilder, Vertex};

@@ -6,6 +6,7 @@ mod output;
 mod parallel;
 mod points;
 mod raster;
+mod signals;
 
 use std::io::{self, ErrorKind, Write};
 use std::process::ExitCode;
@@ -18,6 +19,7 @@ const FAILED: u8 = 1;
 const WRONG_USAGE: u8 = 2;
 
 fn main() -> ExitCode {
+    signals::survive_file_size_limit();
     let request = match Request::parse() {
         Ok(request) => request,
         Err(error) => {

@@ -1,6 +1,7 @@
 //! A file that appears whole or not at all.
 
-use std::fs::{File, Metadata};
+use std::ffi::{OsStr, OsString};
+use std::fs::{File, Metadata, TryLockError};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
@@ -22,9 +23,15 @@ impl OutputFile for File {
 
 /// Collects bytes in a temporary file beside `path`; only [`Self::commit`]
 /// puts it there. Dropped before, it leaves no trace.
+///
+/// A process that is killed leaves its temporary file. Whoever writes holds a
+/// lock on theirs, which ends with the process: what nobody holds is removed
+/// when a file of the same name is written next.
 pub(crate) struct AtomicFile {
     file: BufWriter<NamedTempFile<Box<dyn OutputFile>>>,
     path: PathBuf,
+    /// Where `path` leads, through symbolic links.
+    target: PathBuf,
     length: u64,
 }
 
@@ -41,35 +48,17 @@ impl AtomicFile {
         path: &Path,
         wrap: impl FnOnce(File) -> Box<dyn OutputFile>,
     ) -> Result<Self> {
-        let in_file = |error: Error| error.in_file(Some(path));
-        let name = path
-            .file_name()
-            .ok_or_else(|| in_file(Error::caller("the path does not name a file")))?;
-        // A rename would replace a device such as /dev/null.
-        if path.metadata().is_ok_and(|metadata: Metadata| !metadata.is_file()) {
-            return Err(in_file(Error::caller("it exists and is not a regular file")));
-        }
-        let mut prefix = std::ffi::OsString::from(".");
-        prefix.push(name);
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(&prefix).suffix(".partial");
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt;
-            // As any new file: the process's mask takes off the rest.
-            builder.permissions(std::fs::Permissions::from_mode(0o666));
-        }
-        let temporary = builder
-            .tempfile_in(folder(path))
-            .map_err(Error::io("create a file beside it"))
-            .map_err(in_file)?;
-        let (file, temporary_path) = temporary.into_parts();
-        let temporary = NamedTempFile::from_parts(wrap(file), temporary_path);
-        let file = BufWriter::with_capacity(BUFFER_BYTES, temporary);
-        Ok(Self { file, path: path.to_owned(), length: 0 })
+        let created = follow_links(path).and_then(|target| {
+            let temporary = create_beside(&target)?;
+            let (file, temporary_path) = temporary.into_parts();
+            let temporary = NamedTempFile::from_parts(wrap(file), temporary_path);
+            let file = BufWriter::with_capacity(BUFFER_BYTES, temporary);
+            Ok(Self { file, path: path.to_owned(), target, length: 0 })
+        });
+        created.map_err(|error| error.in_file(Some(path)))
     }
 
-    /// The path that the file will have.
+    /// The path that was asked for.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
@@ -93,12 +82,111 @@ impl AtomicFile {
         self.file.write_all(start).map_err(Error::io("write"))?;
         let mut temporary =
             self.file.into_inner().map_err(|error| Error::io("write")(error.into_error()))?;
+        keep_permissions(&self.target, temporary.path())?;
         temporary.as_file_mut().sync().map_err(Error::io("write to the disk"))?;
         temporary
-            .persist(&self.path)
+            .persist(&self.target)
             .map_err(|refused| Error::io("move the finished file into place")(refused.error))?;
-        sync_folder(folder(&self.path))
+        sync_folder(folder(&self.target))
     }
+}
+
+/// How many symbolic links may lead to each other; as many as Linux follows.
+const MAX_LINKS: usize = 40;
+
+/// Where a path leads whose last part may be a symbolic link: to a file that
+/// exists or not.
+fn follow_links(path: &Path) -> Result<PathBuf> {
+    let mut target = path.to_owned();
+    for _ in 0..MAX_LINKS {
+        if !target.symlink_metadata().is_ok_and(|metadata| metadata.is_symlink()) {
+            return Ok(target);
+        }
+        let link = target.read_link().map_err(Error::io("follow the symbolic link"))?;
+        target = folder(&target).join(link);
+    }
+    Err(Error::caller("too many symbolic links lead to each other"))
+}
+
+/// What follows the name of a temporary file's target.
+const SUFFIX: &str = ".partial";
+/// How many letters and digits make its name its own.
+const OWN_LETTERS: usize = 6;
+/// How often another process may take a new temporary file for a leftover.
+const MAX_ATTEMPTS: usize = 64;
+
+/// Creates a temporary file in the folder of `target`, locked while it is open.
+fn create_beside(target: &Path) -> Result<NamedTempFile> {
+    let name = target.file_name().ok_or_else(|| Error::caller("the path does not name a file"))?;
+    let replaced = target.metadata().ok();
+    // A rename would replace a device such as /dev/null.
+    if replaced.as_ref().is_some_and(|metadata: &Metadata| !metadata.is_file()) {
+        return Err(Error::caller("it exists and is not a regular file"));
+    }
+    let mut prefix = OsString::from(".");
+    prefix.push(name);
+    prefix.push(".");
+    remove_leftovers(folder(target), &prefix);
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(&prefix).rand_bytes(OWN_LETTERS).suffix(SUFFIX);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // As any new file: the process's mask takes off the rest. Where a file
+        // is replaced that others may not read, they may not read this either.
+        let mode = replaced.map_or(0o666, |replaced| replaced.permissions().mode() & 0o666);
+        builder.permissions(std::fs::Permissions::from_mode(mode));
+    }
+    for _ in 0..MAX_ATTEMPTS {
+        let temporary =
+            builder.tempfile_in(folder(target)).map_err(Error::io("create a file beside it"))?;
+        // Not every file system has locks; without one nobody removes it.
+        let is_taken = matches!(temporary.as_file().try_lock(), Err(TryLockError::WouldBlock));
+        // Between its creation and the lock another process may have found it
+        // and taken it for a leftover.
+        if !is_taken && temporary.path().symlink_metadata().is_ok() {
+            return Ok(temporary);
+        }
+    }
+    Err(Error::caller("other processes take every temporary file beside it"))
+}
+
+/// Removes temporary files that begin with `prefix` and that no process has
+/// open. What fails is left for the next time.
+fn remove_leftovers(folder: &Path, prefix: &OsStr) {
+    let Ok(entries) = folder.read_dir() else { return };
+    for entry in entries.flatten() {
+        let is_file = || entry.file_type().is_ok_and(|kind| kind.is_file());
+        if is_temporary_name(&entry.file_name(), prefix) && is_file() {
+            // Without a lock that was got, someone may be writing.
+            if let Ok(file) = File::open(entry.path())
+                && file.try_lock().is_ok()
+            {
+                drop(std::fs::remove_file(entry.path()));
+            }
+        }
+    }
+}
+
+/// Whether a name is that of a temporary file with this prefix.
+fn is_temporary_name(name: &OsStr, prefix: &OsStr) -> bool {
+    let own = name.as_encoded_bytes().strip_prefix(prefix.as_encoded_bytes());
+    own.and_then(|own| own.strip_suffix(SUFFIX.as_bytes()))
+        .is_some_and(|own| own.len() == OWN_LETTERS && own.iter().all(u8::is_ascii_alphanumeric))
+}
+
+/// Gives the new file the permissions of the one that it replaces.
+#[cfg(unix)]
+fn keep_permissions(replaced: &Path, new: &Path) -> Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    let Ok(metadata) = replaced.metadata() else { return Ok(()) };
+    let mode = std::fs::Permissions::from_mode(metadata.permissions().mode() & 0o777);
+    std::fs::set_permissions(new, mode).map_err(Error::io("set the permissions of the new file"))
+}
+
+#[cfg(not(unix))]
+fn keep_permissions(_replaced: &Path, _new: &Path) -> Result<()> {
+    Ok(())
 }
 
 /// The folder that holds `path`.
@@ -119,4 +207,49 @@ fn sync_folder(folder: &Path) -> Result<()> {
 #[cfg(not(unix))]
 fn sync_folder(_folder: &Path) -> Result<()> {
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = folder.read_dir().unwrap();
+        let mut names: Vec<_> =
+            entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn only_what_dead_processes_left_of_this_file_is_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("map.dsm");
+        let others = [
+            ".map.dsm.0000000.partial",
+            ".map.dsm.00000.partial",
+            ".map.dsm.000-00.partial",
+            ".map.dsm.000000.part",
+            ".other.dsm.000000.partial",
+            "map.dsm.000000.partial",
+        ];
+        for name in others.iter().chain(&[".map.dsm.a0B1c2.partial", ".map.dsm.000000.partial"]) {
+            std::fs::write(folder.path().join(name), "left").unwrap();
+        }
+        std::fs::create_dir(folder.path().join(".map.dsm.folder.partial")).unwrap();
+        let mut expected: Vec<_> = others.map(str::to_owned).into();
+        expected.push(".map.dsm.folder.partial".to_owned());
+
+        let first = AtomicFile::create(&path).unwrap();
+        // Another that is being written meanwhile is nobody's leftover.
+        let mut second = AtomicFile::create(&path).unwrap();
+        assert_eq!(names(folder.path()).len(), expected.len() + 2);
+        drop(first);
+        second.append(b"whole").unwrap();
+        second.commit(b"W").unwrap();
+        expected.push("map.dsm".to_owned());
+        expected.sort();
+        assert_eq!(names(folder.path()), expected);
+        assert_eq!(std::fs::read(path).unwrap(), b"Whole");
+    }
 }

@@ -38,7 +38,7 @@ pub(crate) fn run(request: &Merge) -> Result<()> {
     match report {
         MergeReport::Multiplied { tolerance, lost_levels, .. } => {
             let (count, epsilon) = (maps.len(), tolerance.epsilon());
-            lines.push(format!("  the product of {count} maps, within {epsilon}"));
+            lines.push(format!("  the product of {count} maps, within {epsilon:.6}"));
             if lost_levels > 0 {
                 lines.push(format!("  lost: {lost_levels} smaller levels"));
             }

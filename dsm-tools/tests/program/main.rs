@@ -5,6 +5,7 @@
 
 mod convert;
 mod diff;
+mod disk;
 mod inspect;
 mod lookup;
 mod maps;

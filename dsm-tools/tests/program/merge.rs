@@ -21,7 +21,7 @@ fn maps_of_the_same_pixels_are_multiplied() {
     let told = run!("merge", a, b, a, "-o", out).stdout();
     let first = format!("{}: 7 × 5 pixels, RGB, ", out.display());
     assert!(told.starts_with(&first), "{told}");
-    assert!(told.ends_with(" bytes\n  the product of 3 maps, within 0.06\n"), "{told}");
+    assert!(told.ends_with(" bytes\n  the product of 3 maps, within 0.060000\n"), "{told}");
     let merged = description(&out);
     let last = merged["vertices"].as_array().unwrap().last().unwrap()[2].clone();
     let left: Vec<f64> = serde_json::from_value(last).unwrap();

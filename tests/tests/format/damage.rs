@@ -1,9 +1,14 @@
 //! Whatever is damaged is found, behind right checksums too.
 
-use dsm_io::{Block, Limits, MapReader};
+use std::sync::Arc;
 
-use crate::examples::{coloured, document, mono};
+use dsm_core::{MapInfo, Vertex};
+use dsm_io::{AchievedError, Block, Container, Limits, MapReader, Metadata, Source, WriteOptions};
 use dsm_tests::forge::Forge;
+use rayon::prelude::*;
+
+use crate::examples::{Example, coloured, document, mono};
+use crate::pixels::build;
 
 /// Everything that is wrong with a file.
 fn problems(bytes: Vec<u8>) -> Vec<String> {
@@ -34,6 +39,74 @@ fn every_changed_byte_is_found() {
             }
         }
     }
+}
+
+/// A file's bytes that a reader borrows, so that none are copied for it.
+#[derive(Clone, Debug)]
+struct Shared(Arc<Vec<u8>>);
+
+impl Source for Shared {
+    fn bytes(&self) -> &[u8] {
+        &self.0
+    }
+}
+
+/// 96 × 96 pixels of 16 steps each at depths that don't pack, over a megabyte.
+fn large(block: Block) -> Vec<u8> {
+    let pixel = |index: u64| {
+        let mut vertices = Vec::new();
+        let mut value = 1.0_f32;
+        for step in 0..16_u64 {
+            let noise = (random(index * 16 + step) >> 41) as f32 / (1 << 23) as f32;
+            let z = 1.0 + step as f32 + noise;
+            vertices.push(Vertex::new(z, value));
+            value *= 0.875 + noise / 8.0;
+            vertices.push(Vertex::new(z, value));
+        }
+        vertices
+    };
+    let pixels = build(96, 96, (0..96 * 96).map(pixel));
+    let metadata = Metadata::new(96, 96, 1, MapInfo::default());
+    let options = WriteOptions::default().with_tile_size(16).with_block(block);
+    Example { metadata, pixels, error: AchievedError::NONE, options }.bytes()
+}
+
+/// Random bytes; every byte of small files is above.
+#[test]
+fn a_changed_byte_of_a_large_map_is_found() {
+    let long = std::env::var_os("DSM_LONG_TESTS").is_some();
+    let flips: u64 = if long { 10_000 } else { 1000 };
+    for block in [Block::Plain, Block::Zstd] {
+        let file = large(block);
+        assert!(file.len() > 1 << 20, "{}", file.len());
+        let unnoticed: Vec<_> = (0..flips)
+            .into_par_iter()
+            .map_init(
+                || Shared(Arc::new(file.clone())),
+                |shared, flip| {
+                    let random = random(flip);
+                    let position = (random % file.len() as u64) as usize;
+                    let mask = 1 << (random >> 61);
+                    Arc::get_mut(&mut shared.0).unwrap()[position] ^= mask;
+                    let opened = Container::from_source(shared.clone(), &Limits::default())
+                        .and_then(|container| MapReader::new(container, &Limits::default()));
+                    let found = opened.map_or(true, |reader| !reader.verify().is_empty());
+                    Arc::get_mut(&mut shared.0).unwrap()[position] ^= mask;
+                    (!found).then_some((position, mask))
+                },
+            )
+            .flatten()
+            .collect();
+        assert!(unnoticed.is_empty(), "{unnoticed:?}");
+    }
+}
+
+/// Mixes a number into another (Steele et al., SplitMix64).
+fn random(seed: u64) -> u64 {
+    let mixed = (seed + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    mixed ^ (mixed >> 31)
 }
 
 #[test]

@@ -3,6 +3,7 @@
 
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a test may stop where a file is refused")]
 
+mod allocation;
 mod atomicity;
 mod damage;
 mod examples;
