@@ -80,9 +80,9 @@ fn a_full_disk_leaves_the_old_file() {
     assert!(refusal.contains("map.dsm: cannot write: No space left on device"), "{refusal}");
 }
 
-/// 384 × 384 pixels of 24 steps each, at depths that don't pack well.
+/// 192 × 192 pixels of 24 steps each, at depths that don't pack well.
 fn large_map(path: &Path) {
-    let size = 384;
+    let size = 192;
     let mut random = 1_u32;
     let mut pixels = PixelListsBuilder::new(size, size);
     for _ in 0..size * size {
@@ -127,8 +127,8 @@ fn a_killed_program_leaves_the_old_file_or_the_new() {
     for kill in 0..KILLS {
         fs::write(&target, &old).unwrap();
         let mut child = convert().stdout(std::process::Stdio::null()).spawn().unwrap();
-        // To a tenth past its duration: some are done by then.
-        std::thread::sleep(duration * kill * 11 / (KILLS * 10));
+        // To a third past its duration: some are done by then.
+        std::thread::sleep(duration * kill * 13 / (KILLS * 10));
         child.kill().unwrap();
         child.wait().unwrap();
         let found = fs::read(&target).unwrap();
