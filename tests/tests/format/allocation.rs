@@ -7,9 +7,9 @@ use std::process::Command;
 
 use dsm_core::Rgb;
 use dsm_io::{Block, Limits, MapReader};
+use dsm_tests::forge::Forge;
 
 use crate::examples::coloured;
-use crate::forge::Forge;
 
 /// The most address space that this process ever had, in KiB: what was asked
 /// for and never touched counts too.
