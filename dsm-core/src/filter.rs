@@ -126,11 +126,39 @@ impl Filter {
     #[must_use]
     pub fn normalized_weights(self, offsets: &[(f64, f64)]) -> Vec<f64> {
         let mut weights: Vec<f64> = offsets.iter().map(|&(dx, dy)| self.weight(dx, dy)).collect();
-        let sum: f64 = weights.iter().sum();
-        if sum > 0.0 {
-            weights.iter_mut().for_each(|weight| *weight /= sum);
-        }
+        normalize(&mut weights);
         weights
+    }
+
+    /// How many pixels beyond a pixel the filter reaches.
+    pub(crate) fn border(self) -> f64 {
+        (0.5 * f64::from(self.width) - 0.5).ceil()
+    }
+
+    /// Whether the filter covers its pixel evenly and nothing beyond.
+    pub(crate) fn is_pixel(self) -> bool {
+        self.shape == FilterShape::Box && self.width == 1.0
+    }
+
+    /// How many evenly weighted pixels would leave as much noise as the filter
+    /// does: 1/Σ w² for one sample a pixel. 1 for a box of one pixel.
+    #[must_use]
+    pub fn effective_pixels(self) -> f64 {
+        // (∫f)² / ∫f² over [−1, 1]: of pixels half as wide as the filter.
+        let along = match self.shape {
+            FilterShape::Box => 2.0,
+            FilterShape::Tent => 1.5,
+            FilterShape::Gaussian => 1.196_288_013_322_608_f64.powi(2) / 0.882_081_390_762_421_7,
+        };
+        (along * 0.5 * f64::from(self.width)).powi(2)
+    }
+}
+
+/// Scales weights to a sum of 1; leaves zeros alone.
+pub(crate) fn normalize(weights: &mut [f64]) {
+    let sum: f64 = weights.iter().sum();
+    if sum > 0.0 {
+        weights.iter_mut().for_each(|weight| *weight /= sum);
     }
 }
 
@@ -173,6 +201,29 @@ mod tests {
             let weights = Filter::new(shape, 2.0).unwrap().normalized_weights(&offsets);
             assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-15);
             assert_eq!(weights[3], 0.0);
+        }
+    }
+
+    #[test]
+    fn effective_pixels_are_those_of_dense_samples() {
+        for (shape, width) in SHAPES.into_iter().flat_map(|shape| [(shape, 2.0), (shape, 5.0)]) {
+            let filter = Filter::new(shape, width).unwrap();
+            let per_pixel = 64;
+            let along: Vec<f64> = (-3 * per_pixel..3 * per_pixel)
+                .map(|step| filter.weight_along((f64::from(step) + 0.5) / f64::from(per_pixel)))
+                .collect();
+            let sum: f64 = along.iter().sum();
+            let squares: f64 = along.iter().map(|weight| (weight / sum).powi(2)).sum();
+            let pixels = (squares * f64::from(per_pixel)).powi(-2);
+            assert!((filter.effective_pixels() / pixels - 1.0).abs() < 1e-3, "{filter:?}");
+        }
+        assert_eq!(Filter::new(FilterShape::Box, 1.0).unwrap().effective_pixels(), 1.0);
+    }
+
+    #[test]
+    fn borders_hold_all_that_the_filter_reaches() {
+        for (width, border) in [(1.0, 0.0), (1.01, 1.0), (2.0, 1.0), (3.0, 1.0), (3.5, 2.0)] {
+            assert_eq!(Filter::new(FilterShape::Box, width).unwrap().border(), border);
         }
     }
 

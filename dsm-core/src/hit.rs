@@ -112,6 +112,16 @@ impl<T: Transmittance> RayHits<T> {
         Ok(())
     }
 
+    /// Adds a surface that was checked before.
+    pub(crate) fn push_checked(&mut self, hit: SurfaceHit<T>) {
+        self.surfaces.push(hit);
+    }
+
+    /// Adds a segment that was checked before.
+    pub(crate) fn push_checked_segment(&mut self, segment: VolumeSegment<T>) {
+        self.segments.push(segment);
+    }
+
     /// The surfaces, in the order they were added.
     #[must_use]
     pub fn surfaces(&self) -> &[SurfaceHit<T>] {

@@ -9,6 +9,7 @@
 //!
 //! This crate does no input or output.
 
+mod bake;
 mod camera;
 mod compress;
 mod curve;
@@ -30,6 +31,7 @@ mod transmittance;
 mod visibility;
 mod walk;
 
+pub use bake::{BakeProgress, BakeSettings, BakedTile, Baker, ExactPixel};
 pub use camera::{DepthKind, PixelWindow, ShadowCamera};
 pub use compress::greedy::{End, GreedyCompressor, compress};
 pub use compress::paper_greedy::paper_greedy;

@@ -235,6 +235,30 @@ impl<T: Transmittance> TileHits<T> {
         self.surfaces.is_empty() && self.segments.is_empty()
     }
 
+    /// Depth bits above the sample, of all surfaces.
+    pub(crate) fn surface_keys(&self) -> &[u64] {
+        &self.surfaces
+    }
+
+    /// The opacities of all surfaces.
+    pub(crate) fn opacities(&self) -> &[T] {
+        &self.opacities
+    }
+
+    /// Exchanges the columns of the surfaces for others, which are emptied.
+    pub(crate) fn swap_surfaces(&mut self, keys: &mut Vec<u64>, opacities: &mut Vec<T>) {
+        keys.clear();
+        opacities.clear();
+        std::mem::swap(keys, &mut self.surfaces);
+        std::mem::swap(opacities, &mut self.opacities);
+    }
+
+    /// Exchanges the segments for others, which are emptied.
+    pub(crate) fn swap_segments(&mut self, segments: &mut Vec<(u32, VolumeSegment<T>)>) {
+        segments.clear();
+        std::mem::swap(segments, &mut self.segments);
+    }
+
     #[inline]
     fn push_checked(&mut self, sample: u32, hit: SurfaceHit<T>) {
         if hit.opacity != T::splat(0.0) {

@@ -44,7 +44,15 @@ impl Tolerance {
     /// of the noise that N samples can have (Lokovic & Veach 2000, §4).
     #[must_use]
     pub fn for_samples(samples: u32) -> Self {
-        Self((0.25 / f64::from(samples.max(1)).sqrt()) as f32)
+        Self::for_effective_samples(samples.into())
+    }
+
+    /// The same under a filter wider than a pixel, which averages more than
+    /// the pixel's own samples: N = 1/Σ w², its samples a pixel times
+    /// [`Filter::effective_pixels`](crate::Filter::effective_pixels).
+    #[must_use]
+    pub fn for_effective_samples(samples: f64) -> Self {
+        Self((0.25 / samples.max(1.0).sqrt()) as f32)
     }
 
     /// ε itself.

@@ -5,6 +5,8 @@ mod compensated;
 mod depth_sort;
 mod exact_sum;
 mod optical_depth;
+mod steps;
+pub(crate) mod surface_sweep;
 pub(crate) mod sweep;
 pub(crate) mod transmittance_builder;
 pub(crate) mod transmittance_function;

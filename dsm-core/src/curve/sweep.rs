@@ -5,6 +5,7 @@
 use super::compensated::RunningSum;
 use super::depth_sort::sort_by_depth;
 use super::exact_sum::ExactSum;
+use super::steps::{End, FinalSum, draw_steps};
 use super::transmittance_function::TransmittanceFunction;
 use super::vertex::{SumVertex, Vertex};
 use super::vertex_writer::VertexWriter;
@@ -114,31 +115,19 @@ pub struct WeightedTransmittance<'a, T: Transmittance, F = &'a TransmittanceFunc
 
 impl<'a, T: Transmittance, F: Polyline<Sum = T::Sum>> WeightedTransmittance<'a, T, F> {
     fn new(sweep: &'a mut VisibilitySweep<T>, functions: &'a [(f64, F)]) -> Self {
-        // From both ends: 1 − Σ w (1 − τ) is exact for all clear, Σ w τ for
-        // all blocked.
-        let (mut down, mut up) = (RunningSum::<T>::new(1.0), RunningSum::<T>::new(0.0));
+        let mut sum = FinalSum::<T>::new();
         let mut settled = T::sum_from_channels(|_| f64::NEG_INFINITY);
         let mut curved = false;
         for (weight, function) in contributing(functions) {
             let last = last::<T>(function);
             for channel in 0..T::CHANNELS {
-                let value = last.as_ref()[channel];
-                down.add(channel, weight * (value - 1.0));
-                up.add(channel, weight * value);
+                sum.add(channel, weight, last.as_ref()[channel]);
                 let settled = &mut settled.as_mut()[channel];
                 *settled = settled.max(settled_at::<T>(function, channel));
             }
             curved |= function.has_ramps();
         }
-        let final_value = alone(functions).map_or_else(
-            || {
-                T::sum_from_channels(|channel| match down.channel(channel) {
-                    bright if bright > 0.5 => bright,
-                    _ => up.channel(channel),
-                })
-            },
-            last::<T>,
-        );
+        let final_value = alone(functions).map_or_else(|| sum.value(), last::<T>);
         Self { sweep, functions, final_value, settled, curved }
     }
 
@@ -200,25 +189,9 @@ impl<'a, T: Transmittance, F: Polyline<Sum = T::Sum>> WeightedTransmittance<'a, 
         }
         sort_by_depth(events, spare);
 
-        let mut writer = VertexWriter::<T, _>::new(sink);
-        let mut value = RunningSum::<T>::new(1.0);
-        for group in events.chunk_by(|a, b| a >> 32 == b >> 32) {
-            for &event in group {
-                let step = &steps[event as u32 as usize];
-                (0..T::CHANNELS).for_each(|channel| value.add(channel, step.as_ref()[channel]));
-            }
-            let z = f32::from_bits((group[0] >> 32) as u32);
-            writer.line_to(z, writer.value());
-            let after = T::sum_from_channels(|channel| {
-                let last = self.final_value.as_ref()[channel];
-                if f64::from(z) >= self.settled.as_ref()[channel] {
-                    last
-                } else {
-                    value.channel(channel).max(last)
-                }
-            });
-            writer.line_to(z, after);
-        }
+        let end = End::<T> { value: self.final_value, settled: self.settled };
+        let step = |&event: &u64| ((event >> 32) as u32, steps[event as u32 as usize]);
+        draw_steps(events.iter().map(step), &end, sink);
     }
 
     /// The sweep where some functions have ramps.

@@ -1,0 +1,132 @@
+//! A tile's functions, compressed under the bound, and how well they fit.
+
+use std::ops::Range;
+
+use super::ExactPixel;
+use super::settings::Block;
+use crate::{
+    DifferenceSummary, End, GreedyCompressor, PixelLists, PixelListsBuilder, Result, SumVertex,
+    Tolerance, Transmittance, Vertex, VisibilityDifference,
+};
+
+/// A tile that was baked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BakedTile<T> {
+    pub(super) tile: [u32; 2],
+    pub(super) pixels: PixelLists<T>,
+    pub(super) max_error: f64,
+    pub(super) mean_error: f64,
+    pub(super) hits: u64,
+}
+
+impl<T: Transmittance> BakedTile<T> {
+    /// Column and row among the tiles of the whole map.
+    #[must_use]
+    pub const fn tile(&self) -> [u32; 2] {
+        self.tile
+    }
+
+    /// The compressed functions.
+    #[must_use]
+    pub const fn pixels(&self) -> &PixelLists<T> {
+        &self.pixels
+    }
+
+    /// The largest error of any pixel, measured in `f64` on the `f32` values
+    /// against the uncompressed function; where chords stand for exponentials
+    /// with what they may be off. Not above the tolerance, but for 2⁻²⁵ below
+    /// [`GreedyCompressor::COPY_BELOW`].
+    #[must_use]
+    pub const fn max_error(&self) -> f64 {
+        self.max_error
+    }
+
+    /// The mean of the pixels' mean errors ([`VisibilityDifference::mean`]),
+    /// measured the same way.
+    #[must_use]
+    pub const fn mean_error(&self) -> f64 {
+        self.mean_error
+    }
+
+    /// How many surfaces and stretches of media its samples met, on the
+    /// border that the filter reaches too.
+    #[must_use]
+    pub const fn hits(&self) -> u64 {
+        self.hits
+    }
+}
+
+/// Compresses the pixels of one tile, in any order.
+#[derive(Debug)]
+pub(super) struct TileCompressor<T: Transmittance> {
+    tolerance: Tolerance,
+    block: Block,
+    vertices: Vec<Vertex<T>>,
+    /// One pixel's vertices, to be measured.
+    stored: Vec<SumVertex<T>>,
+    /// Which vertices are whose, row by row.
+    pixels: Vec<Range<usize>>,
+    differences: DifferenceSummary,
+    worst: f64,
+    curved: u32,
+}
+
+impl<T: Transmittance> TileCompressor<T> {
+    pub(super) fn new(tolerance: Tolerance, block: Block) -> Self {
+        let pixels = block.size[0] as usize * block.size[1] as usize;
+        Self {
+            tolerance,
+            block,
+            vertices: Vec::new(),
+            stored: Vec::new(),
+            pixels: vec![0..0; pixels],
+            differences: DifferenceSummary::default(),
+            worst: 0.0,
+            curved: 0,
+        }
+    }
+
+    /// Compresses one pixel.
+    pub(super) fn push(&mut self, exact: ExactPixel<'_, T>) {
+        let [x, y] = [0, 1].map(|axis| (exact.pixel[axis] - self.block.min[axis]) as usize);
+        let pixel = y * self.block.size[0] as usize + x;
+        let start = self.vertices.len();
+        // Only a curved pixel has spent some of the tolerance on chords; the
+        // others may spend all of it here.
+        let chord_error = if exact.curved { self.tolerance.chord() } else { 0.0 };
+        self.curved += u32::from(exact.curved);
+        if let Some(last) = exact.vertices.last() {
+            let tolerance = self.tolerance.after(chord_error);
+            let mut compressor = GreedyCompressor::new(tolerance, End::Known(last.value));
+            let mut emit = |vertex| self.vertices.push(vertex);
+            compressor.push_all(exact.vertices, &mut emit);
+            compressor.finish(&mut emit);
+        }
+        self.pixels[pixel] = start..self.vertices.len();
+        self.stored.clear();
+        let stored = self.vertices[start..].iter();
+        self.stored.extend(stored.map(|vertex| Vertex::new(vertex.z, vertex.value.to_sum())));
+        let difference = VisibilityDifference::between(exact.vertices, &self.stored);
+        self.worst = self.worst.max(difference.max() + chord_error);
+        self.differences.add(pixel, difference);
+    }
+
+    /// The tile with these pixels; those that were not pushed are clear.
+    pub(super) fn finish(self, tile: [u32; 2], hits: u64) -> Result<BakedTile<T>> {
+        let [width, height] = self.block.size;
+        let mut lists = PixelListsBuilder::new(width, height);
+        for range in self.pixels {
+            self.vertices[range].iter().for_each(|&vertex| lists.push(vertex));
+            lists.finish_pixel()?;
+        }
+        let chord_share = f64::from(self.curved) / self.differences.pixels().max(1) as f64;
+        let mean = self.differences.mean() + chord_share * self.tolerance.chord();
+        Ok(BakedTile {
+            tile,
+            pixels: lists.finish()?,
+            max_error: self.worst,
+            mean_error: mean.min(self.worst),
+            hits,
+        })
+    }
+}

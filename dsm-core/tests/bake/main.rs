@@ -1,0 +1,11 @@
+//! From hit sources to maps, against a naive oracle and closed forms.
+
+#![expect(clippy::unwrap_used, reason = "a test may panic")]
+
+mod closed_forms;
+#[path = "../support/config.rs"]
+mod config;
+mod oracle;
+mod pixels;
+mod sources;
+mod tiles;
