@@ -36,46 +36,46 @@ impl VisibilityDifference {
         A: Polyline + ?Sized,
         B: Polyline<Sum = A::Sum> + ?Sized,
     {
-        let (mut a, mut b) = (Walk::new(a), Walk::new(b));
+        let first = |function: &A| (function.vertex_count() > 0).then(|| function.sum_vertex(0));
+        let Some(any) = first(a).or((b.vertex_count() > 0).then(|| b.sum_vertex(0))) else {
+            return Self::default();
+        };
+        let clear = zip(any.value, any.value, |_, _| 1.0);
+        let (mut a, mut b) = (Walk::new(a, clear), Walk::new(b, clear));
         let mut difference = Self::default();
-        let mut first = None;
-        // The last knot: its depth and the signed differences behind it.
-        let mut last: Option<(f32, A::Sum)> = None;
-        let mut channels = 0;
-        let mut integral = 0.0;
+        let start = smaller(a.next_depth(), b.next_depth());
         let mut sides = 0.0;
-        while let Some(z) = earlier(a.next_depth(), b.next_depth()) {
-            let [before, at] = match (a.advance(z), b.advance(z)) {
-                (Some(a), Some(b)) => [0, 1].map(|side| zip(a[side], b[side], |a, b| a - b)),
-                // Before its first vertex the other is clear.
-                (Some(a), None) => a.map(|side| zip(side, side, |a, _| a - 1.0)),
-                (None, Some(b)) => b.map(|side| zip(side, side, |b, _| 1.0 - b)),
-                (None, None) => break,
-            };
-            for side in [&before, &at] {
-                for (channel, value) in side.as_ref().iter().enumerate() {
-                    sides += value.abs();
-                    if value.abs() > difference.max {
-                        difference.max = value.abs();
-                        difference.depth = z;
-                        difference.channel = channel;
-                    }
+        // The last knot: its depth and the signed differences behind it.
+        let mut last = f64::from(start);
+        let mut behind = zip(clear, clear, |_, _| 0.0);
+        let mut integral = 0.0;
+        loop {
+            let z = smaller(a.next_depth(), b.next_depth());
+            if z == f32::INFINITY {
+                break;
+            }
+            let ([a_before, a_at], [b_before, b_at]) = (a.advance(z), b.advance(z));
+            let before = zip(a_before, b_before, |a, b| a - b);
+            let at = zip(a_at, b_at, |a, b| a - b);
+            let length = f64::from(z) - last;
+            last = f64::from(z);
+            let channels = before.as_ref().iter().zip(at.as_ref()).zip(behind.as_ref());
+            for (channel, ((&before, &at), &behind)) in channels.enumerate() {
+                integral += length * mean_magnitude(behind, before);
+                if before.abs() > difference.max || at.abs() > difference.max {
+                    difference.max = before.abs().max(at.abs());
+                    difference.depth = z;
+                    difference.channel = channel;
+                }
+                if z == start {
+                    sides += before.abs() + at.abs();
                 }
             }
-            if let Some((last_z, behind)) = last {
-                let length = f64::from(z) - f64::from(last_z);
-                let ends = behind.as_ref().iter().zip(before.as_ref());
-                integral += ends.map(|(&from, &to)| length * mean_magnitude(from, to)).sum::<f64>();
-            }
-            channels = at.as_ref().len();
-            first = first.or(Some(z));
-            last = Some((z, at));
+            behind = at;
         }
-        if let (Some(first), Some((last, _))) = (first, last) {
-            let length = f64::from(last) - f64::from(first);
-            let sum = if length > 0.0 { integral / length } else { sides / 2.0 };
-            difference.mean = sum / channels as f64;
-        }
+        let length = last - f64::from(start);
+        let sum = if length > 0.0 { integral / length } else { sides / 2.0 };
+        difference.mean = sum / clear.as_ref().len() as f64;
         difference
     }
 
@@ -107,22 +107,19 @@ impl VisibilityDifference {
 }
 
 /// The mean of |f| where f is linear between `from` and `to`.
+#[inline(always)]
 fn mean_magnitude(from: f64, to: f64) -> f64 {
     let (start, end) = (from.abs(), to.abs());
-    if from.is_sign_negative() == to.is_sign_negative() || start + end == 0.0 {
-        0.5 * (start + end)
-    } else {
-        // Two triangles that meet where f crosses 0.
-        0.5 * (start * start + end * end) / (start + end)
-    }
+    // Two triangles that meet where f crosses 0. No branch: which way f runs
+    // cannot be foreseen.
+    let crossing = 0.5 * (start * start + end * end) / (start + end);
+    std::hint::select_unpredictable(from * to < 0.0, crossing, 0.5 * (start + end))
 }
 
-/// The smaller of two depths that may be missing.
-fn earlier(a: Option<f32>, b: Option<f32>) -> Option<f32> {
-    match (a, b) {
-        (Some(a), Some(b)) => Some(a.min(b)),
-        _ => a.or(b),
-    }
+/// The smaller of two depths, neither of them NaN.
+#[inline(always)]
+fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
 }
 
 /// The differences of many pixels: a tile, a level or a map.

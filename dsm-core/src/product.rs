@@ -64,7 +64,8 @@ impl<T: Transmittance> VisibilityProduct<T> {
                 self.vertices.extend(vertices);
             }
             (Some(first), Some(second)) => {
-                let walks = [first, second].into_iter().chain(blocking).map(Walk::new).collect();
+                let factors = [first, second].into_iter().chain(blocking);
+                let walks = factors.map(|factor| Walk::new(factor, T::CLEAR.to_sum())).collect();
                 let mut factors =
                     Factors::<T, P> { walks, lines: Vec::new(), channels: PhantomData };
                 let vertices = &mut self.vertices;
@@ -113,12 +114,16 @@ impl<T: Transmittance, P: Polyline<Sum = T::Sum>> Factors<'_, T, P> {
     ) -> f64 {
         let mut spent = 0.0_f64;
         let mut near: Option<f32> = None;
-        while let Some(far) = self.walks.iter().filter_map(Walk::next_depth).reduce(f32::min) {
+        loop {
+            let far = self.walks.iter().map(Walk::next_depth).fold(f32::INFINITY, f32::min);
+            if far == f32::INFINITY {
+                break;
+            }
             if let Some(near) = near {
                 spent = spent.max(self.draw_stretch(near, far, chord_error, &mut writer));
             }
             let mut sides = [T::CLEAR.to_sum(); 2];
-            for [before, at] in self.walks.iter_mut().filter_map(|walk| walk.advance(far)) {
+            for [before, at] in self.walks.iter_mut().map(|walk| walk.advance(far)) {
                 for (product, factor) in sides.iter_mut().zip([before, at]) {
                     let channels = product.as_mut().iter_mut().zip(factor.as_ref());
                     channels.for_each(|(product, factor)| *product *= factor);
@@ -179,7 +184,7 @@ impl<T: Transmittance, P: Polyline<Sum = T::Sum>> Factors<'_, T, P> {
     /// vertices between them.
     fn find_lines(&mut self, near: f32, far: f32) {
         self.lines.clear();
-        for [from, to] in self.walks.iter().filter_map(|walk| walk.line(near, far)) {
+        for [from, to] in self.walks.iter_mut().map(|walk| walk.line(near, far)) {
             let channels = from.as_ref().iter().zip(to.as_ref());
             self.lines.extend(channels.map(|(&from, &to)| [from, to]));
         }

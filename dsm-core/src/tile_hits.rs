@@ -145,11 +145,26 @@ impl<T: Transmittance> TileHits<T> {
         if opacities.len() != depths.len() {
             return self.refuse(0, COLUMNS_DIFFER);
         }
-        for (&depth, &opacity) in depths.iter().zip(opacities) {
-            SurfaceHit { depth, opacity }.checked()?;
+        let in_range = |value: f32| (0.0..=1.0).contains(&value);
+        let fits = |opacity: T| {
+            (0..T::CHANNELS).fold(true, |all, channel| all & in_range(opacity.channel(channel)))
+        };
+        if !opacities.iter().fold(true, |all, &opacity| all & fits(opacity)) {
+            for (&depth, &opacity) in depths.iter().zip(opacities) {
+                SurfaceHit { depth, opacity }.checked()?;
+            }
         }
-        for ((&sample, &depth), &opacity) in samples.iter().zip(depths).zip(opacities) {
-            self.push_checked(sample, SurfaceHit { depth, opacity });
+        let keys = samples.iter().zip(depths).map(|(&sample, &z)| key(z, sample));
+        let clear = T::splat(0.0);
+        if opacities.contains(&clear) {
+            let seen = keys.zip(opacities).filter(|&(_, &opacity)| opacity != clear);
+            for (key, &opacity) in seen {
+                self.surfaces.push(key);
+                self.opacities.push(opacity);
+            }
+        } else {
+            self.surfaces.extend(keys);
+            self.opacities.extend_from_slice(opacities);
         }
         Ok(())
     }
@@ -356,7 +371,10 @@ mod tests {
         }
         columns[2].push_surfaces(&samples, &depths, opacity).unwrap();
         columns[2].push_surfaces(&samples, &depths, clear.opacity).unwrap();
-        columns[3].push_surface_columns(&samples, &depths, &[opacity; 3]).unwrap();
+        columns[3].push_surface_columns(&samples[..1], &depths[..1], &[opacity]).unwrap();
+        columns[3]
+            .push_surface_columns(&[0, 0, 1], &[1.0, 3.0, 2.0], &[clear.opacity, opacity, opacity])
+            .unwrap();
         for hits in &columns {
             assert!(hits.surfaces().eq(expected), "{hits:?}");
             assert!(hits.surfaces().all(|(_, hit)| hit.depth.is_sign_positive()));

@@ -57,25 +57,26 @@ impl<T: Transmittance> SurfaceSweep<T> {
         left.clear();
         left.resize(weights.len(), RunningTransmittance::clear());
         steps.clear();
+        steps.reserve(events.len());
         let mut settled = T::sum_from_channels(|_| f64::NEG_INFINITY);
         for &event in &*events {
             let hit = event as u32 as usize;
             let sample = (keys[hit] as u32 - first) as usize;
             let (left, weight) = (&mut left[sample], weights[sample]);
-            let before = T::sum_from_channels(|channel| left.channel(channel));
+            let before = *left;
             left.block(opacities[hit]);
             let step = T::sum_from_channels(|channel| {
-                weight * (left.channel(channel) - before.as_ref()[channel])
+                weight * (left.channel(channel) - before.channel(channel))
             });
             // What is behind something opaque changes nothing.
-            if step.as_ref().iter().any(|&height| height != 0.0) {
+            let changed = T::sum_from_channels(|channel| f64::from(step.as_ref()[channel] != 0.0));
+            if changed != T::sum_from_channels(|_| 0.0) {
                 let depth = (event >> 32) as u32;
                 steps.push((depth, step));
-                for channel in 0..T::CHANNELS {
-                    if step.as_ref()[channel] != 0.0 {
-                        settled.as_mut()[channel] = f64::from(f32::from_bits(depth));
-                    }
-                }
+                let z = f64::from(f32::from_bits(depth));
+                settled = T::sum_from_channels(|channel| {
+                    if changed.as_ref()[channel] == 0.0 { settled.as_ref()[channel] } else { z }
+                });
             }
         }
         let mut last = FinalSum::<T>::new();
