@@ -3,9 +3,10 @@
 //! (SIGGRAPH 2000).
 //!
 //! The data goes one way:
-//! [`HitSource`] → [`RayHits`] of one ray → [`TransmittanceFunction`] → the pixel filter's
-//! weighted sum ([`VisibilitySweep`]) → [`VisibilityFunction`] under a
-//! [`Tolerance`] → [`PixelLists`] → [`DeepMap`] → [`filtered_lookup`].
+//! [`HitSource`] → [`RayHits`] of one ray → [`TransmittanceFunction`] → the
+//! pixel filter's weighted sum ([`VisibilitySweep`]) → [`VisibilityFunction`]
+//! under a [`Tolerance`] → [`PixelLists`] → [`DeepMap`] → [`filtered_lookup`].
+//! [`Baker`] takes it from the source to the map, tile by tile.
 //!
 //! This crate does no input or output.
 

@@ -212,6 +212,21 @@ mod tests {
     }
 
     #[test]
+    fn times_do_not_follow_places() {
+        let sampling = PixelSampling::new(16, 2).unwrap();
+        let pixels = 2000;
+        let mut times = [0.0; 16];
+        for pixel in 0..pixels {
+            for (sum, (.., time)) in times.iter_mut().zip(samples(&sampling, [pixel, 7])) {
+                *sum += f64::from(time) / f64::from(pixels);
+            }
+        }
+        // Five standard deviations.
+        let bound = 5.0 / (12.0 * f64::from(pixels)).sqrt();
+        assert!(times.iter().all(|mean| (mean - 0.5).abs() < bound), "{times:?}");
+    }
+
+    #[test]
     fn neither_none_nor_too_many() {
         assert!(PixelSampling::new(0, 0).is_err());
         assert!(PixelSampling::new(4097, 0).is_err());

@@ -218,10 +218,10 @@ mod tests {
     fn pixels_stand_row_by_row() {
         let sampling = PixelSampling::new(3, 0).unwrap();
         let samples = TileSamples::new(&sampling, [-2, 10], [3, 2], None).unwrap();
-        assert_eq!((samples.len(), samples.pixel(1, 1)), (18, 12..15));
-        for index in samples.pixel(1, 1) {
+        assert_eq!((samples.len(), samples.pixel(2, 1)), (18, 15..18));
+        for index in samples.pixel(2, 1) {
             let point = samples.point(index);
-            assert_eq!((point.x.floor(), point.y.floor()), (-1.0, 11.0));
+            assert_eq!((point.x.floor(), point.y.floor()), (0.0, 11.0));
             assert_eq!(point.distance_per_depth, 1.0);
         }
     }

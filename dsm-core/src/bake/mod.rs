@@ -39,7 +39,7 @@ const WINDOW_PER_THREAD: u64 = 4;
 ///
 /// **Cost.** O(h log h) for the h hits under a pixel's filter. Pixels that meet
 /// surfaces only are swept straight from their hits, without a function for
-/// every sample. Memory: the hits of one block of up to 2¹⁶ samples (2¹⁸ where
+/// every sample. Memory: the hits of one block of up to 2¹⁴ samples (2¹⁸ where
 /// the filter reaches over its border, and always those of one pixel) a thread,
 /// and 4 compressed tiles a thread.
 ///

@@ -158,7 +158,7 @@ pub(super) struct Block {
 impl Block {
     /// Samples that a block holds at most, unless one pixel needs more: they
     /// and their hits should fit a core's cache.
-    const SAMPLES: u64 = 1 << 16;
+    const SAMPLES: u64 = 1 << 14;
 
     /// The same where a filter reaches over the border, so that what is
     /// sampled twice stays a small part.
@@ -238,7 +238,7 @@ mod tests {
     #[test]
     fn blocks_cover_a_tile_once() {
         for (samples, width, limit) in
-            [(16, 1.0, 1 << 16), (250, 1.0, 1 << 16), (4096, 2.0, 1 << 18)]
+            [(16, 1.0, 1 << 14), (250, 1.0, 1 << 14), (4096, 2.0, 1 << 18)]
         {
             let mut settings = settings();
             settings.sampling = PixelSampling::new(samples, 0).unwrap();
