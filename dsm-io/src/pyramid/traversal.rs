@@ -116,6 +116,10 @@ mod tests {
             [Tile { x: 0, y: 0 }, Close { height: 1, x: 0, y: 0 }, Close { height: 2, x: 0, y: 0 },]
         );
         assert_eq!(steps([1, 1], 0, &[[0, 0]]), [Tile { x: 0, y: 0 }]);
+        assert_eq!(
+            steps([2, 2], 1, &[[0, 1], [1, 0]])[..2],
+            [Tile { x: 1, y: 0 }, Tile { x: 0, y: 1 }]
+        );
         assert_eq!(steps([9, 9], 5, &[]), []);
     }
 

@@ -1,6 +1,6 @@
 //! The stated errors and tolerances of all levels, for maps of all shapes.
 
-use dsm_core::{Rgb, Transmittance};
+use dsm_core::{PixelListsBuilder, Rgb, Transmittance, Vertex};
 use dsm_io::{Block, PyramidOptions};
 use proptest::prelude::*;
 use proptest::sample::select;
@@ -63,6 +63,32 @@ fn every_level_of_coloured_maps_keeps_its_bound() {
             let content = Content { seed: 11, on_grid, empty: 6 };
             check::<Rgb>(&Shape::new(size, tile, epsilon), content);
         }
+    }
+}
+
+/// What is left may round to 1, and the pixel to one without vertices. Then it
+/// is still not what the average was.
+#[test]
+fn light_that_rounds_to_all_of_it_counts_as_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    for tile in [1, 4, 6, 16] {
+        let mut lists = PixelListsBuilder::new(12, 12);
+        for pixel in 0..144 {
+            if pixel % 5 == 0 {
+                lists.push(Vertex::new(2.0, 1.0_f32));
+                lists.push(Vertex::new(2.0, 1.0_f32.next_down()));
+            }
+            lists.finish_pixel().unwrap();
+        }
+        let shape = Shape::new([12, 12], tile, 0.0);
+        let reader = with_pyramid(folder.path(), &shape, &lists.finish().unwrap());
+        let errors = check_levels::<f32>(&reader, &stored::<f32>(&reader), 1, "nearly clear", true);
+        assert!(errors.iter().all(|&error| error > 1e-9), "{errors:?}");
+        let vertices: u64 = (1..5)
+            .flat_map(|level| reader.directory(level).unwrap().iter())
+            .map(|(_, entry)| entry.vertex_count)
+            .sum();
+        assert_eq!(vertices, 0);
     }
 }
 
