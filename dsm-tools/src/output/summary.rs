@@ -175,13 +175,13 @@ impl<'a> Summary<'a> {
     fn write_levels(&self, output: &mut impl Write) -> io::Result<()> {
         writeln!(
             output,
-            "\n  level         size  tolerance  max error  mean error      vertices         bytes"
+            "\n  level           size    tolerance  max error  mean error      vertices         bytes"
         )?;
         for (index, level) in self.levels.iter().enumerate() {
             let size = format!("{} × {}", level.width, level.height);
             writeln!(
                 output,
-                "  {index:>5}{size:>13}{:>11}{:>11.2e}{:>12.2e}{:>14}{:>14}",
+                "  {index:>5}{size:>15}{:>13}{:>11.2e}{:>12.2e}{:>14}{:>14}",
                 level.tolerance, level.max_error, level.mean_error, level.vertices, level.bytes
             )?;
         }
