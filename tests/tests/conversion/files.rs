@@ -219,7 +219,7 @@ fn an_empty_map_is_copied_at_once() {
     MapWriter::create(&empty, metadata, options_of).unwrap().finish().unwrap();
     let clock = std::time::Instant::now();
     let copy = converted(&empty, folder.path(), &options(0.01, 128));
-    assert!(clock.elapsed().as_secs_f64() < 5.0, "{:?}", clock.elapsed());
+    assert!(clock.elapsed().as_secs_f64() < 20.0, "{:?}", clock.elapsed());
     let reader = MapReader::open(&copy, &Limits::default()).unwrap();
     assert_eq!(reader.levels()[0].tile_count(), 128 * 128);
     assert!(reader.directory(0).unwrap().iter().all(|(_, entry)| entry.is_empty()));
