@@ -5,18 +5,15 @@ check_export.py --tools PROGRAM [--data DIR] [--generated DIR] [--sample FILE]..
 The light through every pixel must be what the source lets through, in each layout, type and compression.
 """
 
-import argparse
 import itertools
-import sys
-import tempfile
-import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 import deep_truth
 from check_lookup import questions, worst
-from tool import Failed, Tool
+from tool import Failed, Tool, image_arguments, run_cases
 
 LAYOUTS, TYPES, COMPRESSIONS = ("scanline", "tiled"), ("float", "half"), ("zips", "rle", "none")
 
@@ -88,31 +85,14 @@ def check(tool, path, folder, matrices):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--tools", required=True, type=Path, help="the program dsm-tools")
-    parser.add_argument("--data", type=Path, help="folder of the real deep images")
-    parser.add_argument("--generated", type=Path, help="folder written by generate.py")
-    parser.add_argument("--sample", type=Path, action="append", default=[], help="one more image")
-    arguments = parser.parse_args()
+    arguments = image_arguments(__doc__)
     tool = Tool(arguments.tools)
     sources = [(path, True) for path in arguments.sample]
     if arguments.generated:
         sources += [(arguments.generated / f"{stem}.exr", True) for stem in GENERATED]
     if arguments.data:
         sources += [(arguments.data / f"{stem}.exr", False) for stem in REAL]
-    failures = 0
-    for path, matrices in sources:
-        started = time.monotonic()
-        try:
-            with tempfile.TemporaryDirectory() as folder:
-                outcome = check(tool, path, folder, matrices)
-        except (Failed, KeyError, ValueError, RuntimeError) as error:
-            failures += 1
-            outcome = f"FAILED: {type(error).__name__}: {error}"
-        print(f"{path.stem}: {outcome} ({time.monotonic() - started:.1f} s)", flush=True)
-    print(f"{len(sources) - failures} of {len(sources)} passed")
-    if failures or not sources:
-        sys.exit(1)
+    run_cases((path.stem, partial(check, tool, path, matrices=matrices)) for path, matrices in sources)
 
 
 if __name__ == "__main__":

@@ -5,18 +5,15 @@ check_lookup.py --tools PROGRAM [--data DIR] [--generated DIR] [--sample FILE]..
 Every sample depth of every pixel is asked, its float32 neighbours, the middles between and beyond both ends.
 """
 
-import argparse
 import math
 import sys
-import tempfile
-import time
 from pathlib import Path
 
 import numpy as np
 
 import deep_truth
 from deep_truth import next_above, next_below
-from tool import Failed, Tool
+from tool import Failed, Tool, image_arguments, run_cases
 
 GOOD = (
     "Leaves",
@@ -269,27 +266,13 @@ def cases(arguments):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--tools", required=True, type=Path, help="the program dsm-tools")
-    parser.add_argument("--data", type=Path, help="folder of the real deep images")
-    parser.add_argument("--generated", type=Path, help="folder written by generate.py")
-    parser.add_argument("--sample", type=Path, action="append", default=[], help="one more image")
-    arguments = parser.parse_args()
+    arguments = image_arguments(__doc__)
     tool = Tool(arguments.tools)
-    failures = done = 0
-    for title, check, source, rest in cases(arguments):
-        started = time.monotonic()
-        try:
-            with tempfile.TemporaryDirectory() as folder:
-                outcome = check(tool, source, folder, *rest)
-        except (Failed, KeyError, ValueError) as error:
-            failures += 1
-            outcome = f"FAILED: {type(error).__name__}: {error}"
-        done += 1
-        print(f"{title}: {outcome} ({time.monotonic() - started:.1f} s)", flush=True)
-    print(f"{done - failures} of {done} passed")
-    if failures or not done:
-        sys.exit(1)
+
+    def runnable(title, check, source, rest):
+        return title, lambda folder: check(tool, source, folder, *rest)
+
+    run_cases(runnable(*case) for case in cases(arguments))
 
 
 if __name__ == "__main__":

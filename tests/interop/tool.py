@@ -1,7 +1,11 @@
 """Runs the program under test, and what its commands promise about their output."""
 
+import argparse
 import json
 import subprocess
+import sys
+import tempfile
+import time
 from pathlib import Path
 
 import numpy as np
@@ -73,3 +77,32 @@ def write_points(path, points):
     with open(path, "w") as file:
         file.write("x,y,z\n")
         file.writelines("%.9g,%.9g,%.9g\n" % point for point in zip(x, y, z))
+
+
+def image_arguments(description):
+    """The command line of a check over images: the program, two folders, and more images."""
+    parser = argparse.ArgumentParser(description=description.splitlines()[0])
+    parser.add_argument("--tools", required=True, type=Path, help="the program dsm-tools")
+    parser.add_argument("--data", type=Path, help="folder of the real deep images")
+    parser.add_argument("--generated", type=Path, help="folder written by generate.py")
+    parser.add_argument("--sample", type=Path, action="append", default=[], help="one more image")
+    return parser.parse_args()
+
+
+def run_cases(cases):
+    """Runs (title, check) pairs, each check with a folder of its own, and prints what they say; exits with 1 if one
+    fails or there is none."""
+    failures = done = 0
+    for title, check in cases:
+        started = time.monotonic()
+        try:
+            with tempfile.TemporaryDirectory() as folder:
+                outcome = check(folder)
+        except (Failed, KeyError, ValueError, RuntimeError) as error:
+            failures += 1
+            outcome = f"FAILED: {type(error).__name__}: {error}"
+        done += 1
+        print(f"{title}: {outcome} ({time.monotonic() - started:.1f} s)", flush=True)
+    print(f"{done - failures} of {done} passed")
+    if failures or not done:
+        sys.exit(1)
