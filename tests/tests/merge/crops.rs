@@ -92,11 +92,11 @@ fn crops_put_together_are_the_whole_byte_for_byte() {
             write_crop(&path(&format!("{index}.dsm")), &metadata, part, block)
         });
         let mut crops: Vec<_> = crops.collect();
-        for _ in 0..2 {
+        for _ in 0..crops.len() {
             let report = merge(&crops, &path("merged.dsm"), 0.0);
             assert_eq!(report, MergeReport::Assembled);
             assert!(std::fs::read(path("merged.dsm")).unwrap() == whole, "{block:?}");
-            crops.reverse();
+            crops.rotate_left(1);
         }
         assert_eq!(open(&path("merged.dsm")).crop(), None);
     }
