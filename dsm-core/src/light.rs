@@ -1,0 +1,213 @@
+//! Lights with an area, and the points on them that shadow rays go to.
+
+use glam::{DVec2, DVec3};
+
+/// The outline of a light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LightShape {
+    /// A point.
+    Point,
+    /// A rectangle, spanned by the half axes.
+    Rectangle,
+    /// An ellipse, spanned by the half axes: a disk if they are equally long.
+    Disk,
+    /// A sphere as long as the half axes in radius.
+    Sphere,
+}
+
+/// A light in the world: a centre and two half axes.
+///
+/// The shadow factor of a receiver is the mean transmittance to points spread
+/// evenly over the light, without the cosine at the receiver.
+///
+/// ```
+/// use dsm_core::AreaLight;
+/// use glam::DVec3;
+///
+/// let light = AreaLight::rectangle(DVec3::Y * 5.0, DVec3::X, DVec3::Z * 0.5);
+/// let points: Vec<_> = light.samples(DVec3::ZERO, 16, 7).collect();
+/// assert_eq!(points.len(), 16);
+/// assert!(points.iter().all(|p| p.y == 5.0 && p.x.abs() <= 1.0 && p.z.abs() <= 0.5));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AreaLight {
+    shape: LightShape,
+    centre: DVec3,
+    right: DVec3,
+    up: DVec3,
+}
+
+impl AreaLight {
+    /// A light without extent.
+    #[must_use]
+    pub const fn point(centre: DVec3) -> Self {
+        Self { shape: LightShape::Point, centre, right: DVec3::ZERO, up: DVec3::ZERO }
+    }
+
+    /// A rectangle that reaches from `centre` by `right` and by `up` to either
+    /// side.
+    #[must_use]
+    pub const fn rectangle(centre: DVec3, right: DVec3, up: DVec3) -> Self {
+        Self { shape: LightShape::Rectangle, centre, right, up }
+    }
+
+    /// A disk, or an ellipse, with these half axes.
+    #[must_use]
+    pub const fn disk(centre: DVec3, right: DVec3, up: DVec3) -> Self {
+        Self { shape: LightShape::Disk, centre, right, up }
+    }
+
+    /// A sphere. A receiver sees it as the disk of its great circle.
+    #[must_use]
+    pub fn sphere(centre: DVec3, radius: f64) -> Self {
+        let (right, up) = (DVec3::X * radius, DVec3::Y * radius);
+        Self { shape: LightShape::Sphere, centre, right, up }
+    }
+
+    /// The outline.
+    #[must_use]
+    pub const fn shape(&self) -> LightShape {
+        self.shape
+    }
+
+    /// The centre, in the world.
+    #[must_use]
+    pub const fn centre(&self) -> DVec3 {
+        self.centre
+    }
+
+    /// From the centre to the right edge and to the upper one.
+    #[must_use]
+    pub const fn half_axes(&self) -> [DVec3; 2] {
+        [self.right, self.up]
+    }
+
+    /// The point of the light at (`u`, `v`) in [0, 1]², as `receiver` sees it:
+    /// even in `u`, `v` gives even over the light's area.
+    #[must_use]
+    pub fn at(&self, receiver: DVec3, u: f64, v: f64) -> DVec3 {
+        let square = DVec2::new(2.0 * u - 1.0, 2.0 * v - 1.0);
+        let (on, right, up) = match self.shape {
+            LightShape::Point => return self.centre,
+            LightShape::Rectangle => (square, self.right, self.up),
+            LightShape::Disk => (concentric_disk(square), self.right, self.up),
+            LightShape::Sphere => {
+                let Some(towards) = (receiver - self.centre).try_normalize() else {
+                    return self.centre;
+                };
+                let (right, up) = towards.any_orthonormal_pair();
+                let radius = self.right.length();
+                (concentric_disk(square), right * radius, up * radius)
+            }
+        };
+        self.centre + right * on.x + up * on.y
+    }
+
+    /// `count` points spread over the light: a Hammersley set, shifted by an
+    /// amount that depends on `seed` alone and jittered within its strata, so
+    /// that receivers with different seeds have independent errors. The same
+    /// arguments give the same points.
+    pub fn samples(
+        &self,
+        receiver: DVec3,
+        count: u32,
+        seed: u64,
+    ) -> impl ExactSizeIterator<Item = DVec3> + use<> {
+        let light = *self;
+        let mut state = seed;
+        let turn = next_bits(&mut state) as u32;
+        let strata = f64::from(count.max(1));
+        (0..count).map(move |index| {
+            let jitter = unit(next_bits(&mut state));
+            let scatter = unit(next_bits(&mut state));
+            let u = (f64::from(index) + jitter) / strata;
+            let turned = index.reverse_bits() ^ turn;
+            let v = (f64::from(turned) + scatter) / 2.0_f64.powi(32);
+            // The last bits of v are far finer than a stratum: jitter there too.
+            let v = v + (scatter - 0.5) / strata;
+            light.at(receiver, u, v - v.floor())
+        })
+    }
+}
+
+/// Shirley and Chiu's map from the square [−1, 1]² to the unit disk: keeps
+/// areas and neighbourhoods.
+fn concentric_disk(square: DVec2) -> DVec2 {
+    if square == DVec2::ZERO {
+        return DVec2::ZERO;
+    }
+    let quarter = std::f64::consts::FRAC_PI_4;
+    let (radius, angle) = if square.x.abs() > square.y.abs() {
+        (square.x, quarter * square.y / square.x)
+    } else {
+        (square.y, 2.0 * quarter - quarter * square.x / square.y)
+    };
+    DVec2::from_angle(angle) * radius
+}
+
+/// SplitMix64: every seed gives a sequence of its own.
+fn next_bits(state: &mut u64) -> u64 {
+    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mut bits = *state;
+    bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    bits ^ (bits >> 31)
+}
+
+/// The upper 53 bits as a number in [0, 1).
+fn unit(bits: u64) -> f64 {
+    (bits >> 11) as f64 / 2.0_f64.powi(53)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// How many of `points` fall into each cell of a `cells` × `cells` grid
+    /// over [−1, 1]² of x and z.
+    fn histogram(points: impl Iterator<Item = DVec3>, cells: usize) -> Vec<u32> {
+        let mut counts = vec![0; cells * cells];
+        let cell = |value: f64| (((value + 1.0) / 2.0 * cells as f64) as usize).min(cells - 1);
+        points.for_each(|p| counts[cell(p.z) * cells + cell(p.x)] += 1);
+        counts
+    }
+
+    #[test]
+    fn samples_spread_evenly_over_a_rectangle() {
+        let light = AreaLight::rectangle(DVec3::Y, DVec3::X, DVec3::Z);
+        for seed in [0, 1, 99] {
+            let counts = histogram(light.samples(DVec3::ZERO, 4096, seed), 8);
+            assert!(counts.iter().all(|&count| (48..=80).contains(&count)), "{counts:?}");
+        }
+        let other: Vec<_> = light.samples(DVec3::ZERO, 4, 1).collect();
+        assert_ne!(light.samples(DVec3::ZERO, 4, 0).collect::<Vec<_>>(), other);
+        assert_eq!(light.samples(DVec3::ZERO, 4, 1).collect::<Vec<_>>(), other);
+    }
+
+    #[test]
+    fn disks_and_spheres_keep_areas() {
+        let disk = AreaLight::disk(DVec3::Y, DVec3::X, DVec3::Z);
+        let sphere = AreaLight::sphere(DVec3::Y, 1.0);
+        for light in [disk, sphere] {
+            let points: Vec<_> = light.samples(DVec3::ZERO, 10_000, 3).collect();
+            assert!(points.iter().all(|p| (*p - DVec3::Y).length() <= 1.0 + 1e-12));
+            assert!(points.iter().all(|p| (p.y - 1.0).abs() < 1e-12));
+            // Half the area lies within 1/√2 of the centre.
+            let inner = points.iter().filter(|p| (**p - DVec3::Y).length_squared() < 0.5).count();
+            assert!((4900..5100).contains(&inner), "{inner}");
+            let right = points.iter().filter(|p| p.x > 0.0).count();
+            assert!((4900..5100).contains(&right), "{right}");
+        }
+    }
+
+    #[test]
+    fn degenerate_lights_are_points() {
+        let centre = DVec3::new(1.0, 2.0, 3.0);
+        let mut points = AreaLight::point(centre).samples(DVec3::ZERO, 3, 0);
+        assert!(points.all(|point| point == centre));
+        let sphere = AreaLight::sphere(centre, 1.0);
+        assert_eq!(sphere.at(centre, 0.3, 0.9), centre);
+        assert_eq!(AreaLight::point(centre).samples(centre, 0, 0).len(), 0);
+    }
+}
