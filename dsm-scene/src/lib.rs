@@ -1,4 +1,41 @@
-//! What a shadow camera looks at.
+//! What a shadow camera looks at: meshes, curves and volumes, from files or
+//! made here, and all that a ray through them meets.
 //!
-//! No scene type is implemented yet: a renderer brings what its rays meet as
-//! [`dsm_core::RayHits`].
+//! ```
+//! use dsm_core::RayHits;
+//! use dsm_scene::{Object, Ray, Scene, Shape, TracedScene, TriangleMesh};
+//! use glam::{DVec3, Vec3};
+//!
+//! let corners = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
+//! let mesh = TriangleMesh::new(corners, vec![[0, 1, 2]])?;
+//! let scene = Scene::of_objects(vec![Object::new(Shape::Mesh(mesh))]);
+//! let traced = TracedScene::new(&scene)?;
+//!
+//! let ray = Ray::new(DVec3::new(0.2, 0.2, 3.0), DVec3::NEG_Z);
+//! let mut hits = RayHits::<f32>::default();
+//! traced.tracer().hits(&ray, &mut hits)?;
+//! assert_eq!(hits.surfaces()[0].depth, 3.0);
+//! # Ok::<(), dsm_scene::Error>(())
+//! ```
+
+mod alpha;
+mod bounds;
+mod curves;
+mod error;
+mod mesh;
+mod scene;
+mod trace;
+mod transform;
+mod view;
+mod volume;
+
+pub use alpha::{Alpha, AlphaMode, AlphaTexture, Wrap};
+pub use bounds::Bounds;
+pub use curves::Curves;
+pub use error::{Error, Place, Result};
+pub use mesh::TriangleMesh;
+pub use scene::{Object, Scene, Shape};
+pub use trace::{Ray, TracedScene, Tracer};
+pub use transform::{Motion, Transform};
+pub use view::{Camera, Light, LightOutline, Projection, View, ViewRaster};
+pub use volume::{Volume, VolumeBuilder};

@@ -1,0 +1,130 @@
+//! What can be wrong with a scene or a file of one, and where in it.
+
+use std::borrow::Cow;
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// A part of a file or of an object.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Place {
+    /// All of it.
+    Whole,
+    /// The part that says what follows.
+    Header,
+    /// A line of a text file, from 1.
+    Line(u64),
+    /// A byte's offset from the start.
+    Byte(u64),
+    /// A vertex, from 0.
+    Vertex(u64),
+    /// A triangle or polygon, from 0.
+    Face(u64),
+    /// A strand of hair, from 0.
+    Strand(u64),
+    /// A point of a strand, counted through the file from 0.
+    Point(u64),
+    /// A voxel, by its index.
+    Voxel([i32; 3]),
+    /// Something that the file gives a name or an index.
+    Named(String),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Whole => f.write_str("file"),
+            Self::Header => f.write_str("header"),
+            Self::Line(line) => write!(f, "line {line}"),
+            Self::Byte(offset) => write!(f, "byte {offset}"),
+            Self::Vertex(index) => write!(f, "vertex {index}"),
+            Self::Face(index) => write!(f, "face {index}"),
+            Self::Strand(index) => write!(f, "strand {index}"),
+            Self::Point(index) => write!(f, "point {index}"),
+            Self::Voxel([x, y, z]) => write!(f, "voxel ({x}, {y}, {z})"),
+            Self::Named(name) => f.write_str(name),
+        }
+    }
+}
+
+/// Why a scene could not be made: what, where, and why. The message is one
+/// line and complete.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// What went wrong with this file.
+    #[error("{}: {error}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What went wrong.
+        error: Box<Error>,
+    },
+    /// The operating system refused.
+    #[error("cannot {action}: {error}")]
+    Io {
+        /// What was tried.
+        action: &'static str,
+        /// Its answer.
+        error: io::Error,
+    },
+    /// Something that is not as it has to be.
+    #[error("{place}: {reason}")]
+    Malformed {
+        /// Where it is.
+        place: Place,
+        /// What is wrong with it.
+        reason: Cow<'static, str>,
+    },
+    /// A file that no loader is known for.
+    #[error("nothing is known that reads {}; {expected}", match .extension {
+        Some(extension) => format!("a .{extension} file here"),
+        None => "a file without an extension here".to_owned(),
+    })]
+    UnknownFormat {
+        /// The file's extension.
+        extension: Option<String>,
+        /// What is read here.
+        expected: &'static str,
+    },
+    /// A built-in scene of a name that there is none of.
+    #[error("there is no built-in scene `{name}`; there are {}", .known.join(", "))]
+    UnknownBuiltin {
+        /// The name.
+        name: String,
+        /// The names that there are.
+        known: &'static [&'static str],
+    },
+    /// More than this program handles.
+    #[error("{what}: {count} is more than {limit}")]
+    TooLarge {
+        /// What there is too much of.
+        what: &'static str,
+        /// How many there are.
+        count: u64,
+        /// How many there may be.
+        limit: u64,
+    },
+    /// A map or a lookup refused.
+    #[error(transparent)]
+    Core(#[from] dsm_core::Error),
+}
+
+/// The result of a fallible call of this crate.
+pub type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    /// Something at `place` that is not as it has to be.
+    pub(crate) fn malformed(place: Place, reason: impl Into<Cow<'static, str>>) -> Self {
+        Self::Malformed { place, reason: reason.into() }
+    }
+
+    /// The same error, of this file.
+    pub(crate) fn in_file(self, path: &Path) -> Self {
+        match self {
+            Self::File { .. } => self,
+            error => Self::File { path: path.to_owned(), error: Box::new(error) },
+        }
+    }
+}

@@ -1,0 +1,188 @@
+//! Triangles.
+
+use glam::{Vec2, Vec3};
+
+use crate::alpha::Alpha;
+use crate::bounds::Bounds;
+use crate::error::{Error, Place, Result};
+
+/// No coordinate may be larger: squares of it must be finite in `f32`.
+pub(crate) const LARGEST_COORDINATE: f32 = 1e18;
+
+/// Whether a point can be part of a scene.
+pub(crate) fn check_point(point: Vec3, place: impl FnOnce() -> Place) -> Result<()> {
+    if point.abs().cmple(Vec3::splat(LARGEST_COORDINATE)).all() {
+        Ok(())
+    } else {
+        Err(Error::malformed(place(), "coordinates must be finite and at most 1e18"))
+    }
+}
+
+/// Triangles, seen from both sides. Every crossing of one blocks light.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TriangleMesh {
+    positions: Vec<Vec3>,
+    triangles: Vec<[u32; 3]>,
+    uvs: Vec<Vec2>,
+    alphas: Vec<Alpha>,
+    triangle_alphas: Vec<u32>,
+}
+
+impl TriangleMesh {
+    /// A mesh that is opaque everywhere; `triangles` index `positions`.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Malformed`] for coordinates that are not finite or beyond
+    /// 1e18, and for indices out of range; [`Error::TooLarge`] above 2³²
+    /// vertices or triangles.
+    pub fn new(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Result<Self> {
+        for (what, count) in [("vertices", positions.len()), ("triangles", triangles.len())] {
+            let limit = u64::from(u32::MAX);
+            if count as u64 > limit {
+                return Err(Error::TooLarge { what, count: count as u64, limit });
+            }
+        }
+        for (index, &position) in positions.iter().enumerate() {
+            check_point(position, || Place::Vertex(index as u64))?;
+        }
+        let beyond = |corner: &u32| *corner as usize >= positions.len();
+        if let Some((face, corner)) = triangles
+            .iter()
+            .enumerate()
+            .find_map(|(at, t)| Some((at, *t.iter().find(|c| beyond(c))?)))
+        {
+            let reason = format!("there is no vertex {corner}, only {}", positions.len());
+            return Err(Error::malformed(Place::Face(face as u64), reason));
+        }
+        Ok(Self { positions, triangles, ..Self::default() })
+    }
+
+    /// The same mesh with texture coordinates: one a vertex, or none.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Malformed`] for another number of them.
+    pub fn with_uvs(self, uvs: Vec<Vec2>) -> Result<Self> {
+        if !uvs.is_empty() && uvs.len() != self.positions.len() {
+            let reason = "texture coordinates must be as many as vertices";
+            return Err(Error::malformed(Place::Whole, reason));
+        }
+        Ok(Self { uvs, ..self })
+    }
+
+    /// The same mesh with materials: `triangle_alphas` holds one index into
+    /// `alphas` a triangle.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Malformed`] for another number of them, or an index out of
+    /// range.
+    pub fn with_alphas(self, alphas: Vec<Alpha>, triangle_alphas: Vec<u32>) -> Result<Self> {
+        if triangle_alphas.len() != self.triangles.len() {
+            let reason = "materials must be as many as triangles";
+            return Err(Error::malformed(Place::Whole, reason));
+        }
+        if let Some(face) = triangle_alphas.iter().position(|&at| at as usize >= alphas.len()) {
+            return Err(Error::malformed(Place::Face(face as u64), "there is no such material"));
+        }
+        if alphas.iter().all(Alpha::is_opaque) {
+            return Ok(Self { alphas: Vec::new(), triangle_alphas: Vec::new(), ..self });
+        }
+        Ok(Self { alphas, triangle_alphas, ..self })
+    }
+
+    /// The vertices.
+    #[must_use]
+    pub fn positions(&self) -> &[Vec3] {
+        &self.positions
+    }
+
+    /// Three vertices a triangle.
+    #[must_use]
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// Texture coordinates, one a vertex; empty if there are none.
+    #[must_use]
+    pub fn uvs(&self) -> &[Vec2] {
+        &self.uvs
+    }
+
+    /// The materials that are not opaque everywhere, with those that the file
+    /// had beside them; empty if all are opaque.
+    #[must_use]
+    pub fn alphas(&self) -> &[Alpha] {
+        &self.alphas
+    }
+
+    /// One index into [`Self::alphas`] a triangle; empty if all are opaque.
+    #[must_use]
+    pub fn triangle_alphas(&self) -> &[u32] {
+        &self.triangle_alphas
+    }
+
+    /// The corners of triangle `index`.
+    #[must_use]
+    pub fn corners(&self, index: usize) -> [Vec3; 3] {
+        self.triangles[index].map(|corner| self.positions[corner as usize])
+    }
+
+    /// The opacity of triangle `index` where its second and third corner weigh
+    /// `u` and `v`: 1 unless a material says otherwise.
+    #[must_use]
+    pub fn opacity(&self, index: usize, u: f32, v: f32) -> f32 {
+        let Some(&alpha) = self.triangle_alphas.get(index) else { return 1.0 };
+        let [a, b, c] = self.triangles[index]
+            .map(|corner| self.uvs.get(corner as usize).copied().unwrap_or_default());
+        self.alphas[alpha as usize].opacity(a * (1.0 - u - v) + b * u + c * v)
+    }
+
+    /// The box around all vertices that a triangle uses.
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        let used = self.triangles.iter().flatten();
+        Bounds::of_balls(used.map(|&corner| (self.positions[corner as usize], 0.0)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::alpha::{AlphaMode, AlphaTexture};
+
+    fn triangle() -> TriangleMesh {
+        TriangleMesh::new(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]]).unwrap()
+    }
+
+    #[test]
+    fn meshes_no_scene_can_have_are_refused() {
+        for odd in [f32::NAN, f32::INFINITY, 2e18] {
+            let positions = vec![Vec3::ZERO, Vec3::X, Vec3::new(0.0, odd, 0.0)];
+            let error = TriangleMesh::new(positions, vec![[0, 1, 2]]).unwrap_err();
+            assert!(error.to_string().starts_with("vertex 2: "), "{error}");
+        }
+        let error = TriangleMesh::new(vec![Vec3::ZERO], vec![[0, 0, 0], [0, 1, 0]]).unwrap_err();
+        assert_eq!(error.to_string(), "face 1: there is no vertex 1, only 1");
+        assert!(triangle().with_uvs(vec![Vec2::ZERO]).is_err());
+        assert!(triangle().with_alphas(vec![Alpha::default()], vec![]).is_err());
+        assert!(triangle().with_alphas(vec![Alpha::default()], vec![1]).is_err());
+    }
+
+    #[test]
+    fn opacity_is_looked_up_where_the_triangle_is_hit() {
+        let mut texture = AlphaTexture::new(2, 1, [0, 255].as_slice()).unwrap();
+        texture.nearest = true;
+        let texture = Some(texture);
+        let alpha = Alpha { mode: AlphaMode::Blend, factor: 0.5, texture };
+        let mesh = triangle()
+            .with_uvs(vec![Vec2::ZERO, Vec2::new(0.9, 0.0), Vec2::Y])
+            .unwrap()
+            .with_alphas(vec![alpha], vec![0])
+            .unwrap();
+        assert_eq!(mesh.opacity(0, 0.1, 0.1), 0.0);
+        assert_eq!(mesh.opacity(0, 0.9, 0.0), 0.5);
+        assert_eq!(triangle().opacity(0, 0.1, 0.1), 1.0);
+    }
+}

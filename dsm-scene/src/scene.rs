@@ -1,0 +1,231 @@
+//! What there is, where it stands, and what light falls on it.
+
+use std::sync::Arc;
+
+use dsm_core::Rgb;
+use glam::{DAffine3, DVec3};
+
+use crate::bounds::Bounds;
+use crate::curves::Curves;
+use crate::error::{Error, Place, Result};
+use crate::mesh::TriangleMesh;
+use crate::transform::Motion;
+use crate::view::{Camera, Light, LightOutline, Projection, View};
+use crate::volume::Volume;
+
+/// What an object is made of, in its own space.
+#[derive(Clone, Debug)]
+pub enum Shape {
+    /// Surfaces.
+    Mesh(TriangleMesh),
+    /// Strands.
+    Curves(Curves),
+    /// A medium.
+    Volume(Volume),
+}
+
+impl Shape {
+    /// The box around it in its own space.
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        match self {
+            Self::Mesh(mesh) => mesh.bounds(),
+            Self::Curves(curves) => curves.bounds(),
+            Self::Volume(volume) => volume.bounds(),
+        }
+    }
+}
+
+/// One thing of a scene.
+#[derive(Clone, Debug)]
+pub struct Object {
+    /// What it is made of; objects may share it.
+    pub shape: Arc<Shape>,
+    /// The fraction of light that each of its surfaces and strands blocks, in
+    /// [0, 1], times what the shape says itself. Scales a medium's extinction.
+    pub opacity: Rgb,
+    /// A medium's extinction per unit of the world at density 1, ≥ 0.
+    pub density: f32,
+    /// Where it stands: the innermost motion first.
+    pub motion: Vec<Motion>,
+}
+
+impl Object {
+    /// An opaque object that stands where its shape does.
+    #[must_use]
+    pub fn new(shape: Shape) -> Self {
+        let opacity = Rgb::new(1.0, 1.0, 1.0);
+        Self { shape: Arc::new(shape), opacity, density: 1.0, motion: Vec::new() }
+    }
+
+    /// The same object of another opacity.
+    #[must_use]
+    pub fn with_opacity(self, opacity: Rgb) -> Self {
+        Self { opacity, ..self }
+    }
+
+    /// Whether it moves while the shutter is open.
+    #[must_use]
+    pub fn is_moving(&self) -> bool {
+        self.motion.iter().any(Motion::is_moving)
+    }
+
+    /// Object to world at `time` of the shutter, in [0, 1]. A similarity.
+    #[must_use]
+    pub fn to_world(&self, time: f64) -> DAffine3 {
+        self.motion.iter().fold(DAffine3::IDENTITY, |inner, motion| motion.at(time) * inner)
+    }
+
+    /// The box around it in the world, wherever it goes: exact where
+    /// it stands still, the boxes of 17 moments where it moves.
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        let own = self.shape.bounds();
+        if own.is_empty() || !self.is_moving() {
+            return own.transformed(&self.to_world(0.0));
+        }
+        let moments =
+            (0..=16).map(|moment| own.transformed(&self.to_world(f64::from(moment) / 16.0)));
+        moments.fold(Bounds::default(), Bounds::union)
+    }
+
+    /// The numbers as they are, once they are in range.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Malformed`] for an opacity outside [0, 1], a density that is
+    /// negative or not finite, or a transform that is none.
+    pub fn check(self) -> Result<Self> {
+        let refuse = |key: &str, reason| Err(Error::malformed(Place::Named(key.into()), reason));
+        let Rgb { red, green, blue } = self.opacity;
+        if ![red, green, blue].iter().all(|part| (0.0..=1.0).contains(part)) {
+            return refuse("opacity", "must lie in [0, 1]");
+        }
+        if !(0.0..=1e18).contains(&self.density) {
+            return refuse("density", "must lie between 0 and 1e18");
+        }
+        for motion in &self.motion {
+            motion.open.check()?;
+            motion.close.check()?;
+        }
+        Ok(self)
+    }
+}
+
+/// A scene: objects, a light with its shadow camera, a camera that renders.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// What there is.
+    pub objects: Vec<Object>,
+    /// The light.
+    pub light: Light,
+    /// What `render` looks through.
+    pub camera: Camera,
+    /// When the shutter opens and closes. Rays count time from 0 to 1 between.
+    pub shutter: [f64; 2],
+}
+
+impl Scene {
+    /// A scene lit and seen from standard positions: with the sphere of centre
+    /// c and radius R around the objects' box, a point light at
+    /// c + 3R·norm(1, 2, 1) and a camera at c + 3R·norm(−1, 1, 2), both 45
+    /// degrees wide. Objects without extent count as R = 1.
+    #[must_use]
+    pub fn of_objects(objects: Vec<Object>) -> Self {
+        let bounds = objects.iter().map(Object::bounds).fold(Bounds::default(), Bounds::union);
+        let (centre, radius) = bounding_sphere(&bounds);
+        let up = DVec3::Y;
+        let from = |direction: DVec3| View {
+            eye: centre + direction.normalize() * (3.0 * radius),
+            target: centre,
+            up,
+        };
+        let light = Light {
+            view: from(DVec3::new(1.0, 2.0, 1.0)),
+            projection: Projection::Perspective { fov: 45.0 },
+            outline: LightOutline::Point,
+        };
+        let view = from(DVec3::new(-1.0, 1.0, 2.0));
+        let camera = Camera { view, fov: 45.0, resolution: [640, 360] };
+        Self { objects, light, camera, shutter: [0.0, 1.0] }
+    }
+
+    /// Whether any opacity has a colour, so that a map of one channel would
+    /// lose something.
+    #[must_use]
+    pub fn is_coloured(&self) -> bool {
+        self.objects.iter().any(|object| !dsm_core::Transmittance::is_mono(object.opacity))
+    }
+
+    /// Whether anything moves while the shutter is open.
+    #[must_use]
+    pub fn is_moving(&self) -> bool {
+        self.objects.iter().any(Object::is_moving)
+    }
+
+    /// The box around everything in the world.
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        self.objects.iter().map(Object::bounds).fold(Bounds::default(), Bounds::union)
+    }
+}
+
+fn bounding_sphere(bounds: &Bounds) -> (DVec3, f64) {
+    if bounds.is_empty() {
+        return (DVec3::ZERO, 1.0);
+    }
+    let radius = (bounds.max - bounds.min).length() / 2.0;
+    (bounds.centre(), if radius > 0.0 { radius } else { 1.0 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::transform::Transform;
+    use glam::Vec3;
+
+    fn triangle() -> Object {
+        let corners = vec![Vec3::ZERO, Vec3::X * 2.0, Vec3::Y];
+        Object::new(Shape::Mesh(TriangleMesh::new(corners, vec![[0, 1, 2]]).unwrap()))
+    }
+
+    #[test]
+    fn standard_positions_look_at_the_bounding_sphere() {
+        let scene = Scene::of_objects(vec![triangle()]);
+        let radius = 5.0_f64.sqrt() / 2.0;
+        assert_eq!(scene.light.view.target, DVec3::new(1.0, 0.5, 0.0));
+        let distance = (scene.light.view.eye - scene.light.view.target).length();
+        assert!((distance - 3.0 * radius).abs() < 1e-12);
+        let empty = Scene::of_objects(Vec::new());
+        assert!((empty.light.view.eye.length() - 3.0).abs() < 1e-12);
+        assert!(empty.light.raster([8, 8]).is_ok() && empty.camera.raster([8, 8]).is_ok());
+    }
+
+    #[test]
+    fn motions_apply_from_the_inside() {
+        let shift = Transform { translate: DVec3::X, ..Transform::default() };
+        let turn = Transform { rotate: DVec3::new(0.0, 0.0, 90.0), ..Transform::default() };
+        let motion = vec![Motion { open: Transform::default(), close: shift }, Motion::still(turn)];
+        let object = Object { motion, ..triangle() };
+        assert!(object.is_moving());
+        let moved = object.to_world(1.0).transform_point3(DVec3::ZERO);
+        assert!((moved - DVec3::Y).length() < 1e-15);
+        let bounds = object.bounds();
+        assert!((bounds.min - DVec3::new(-1.0, 0.0, 0.0)).length() < 1e-12);
+        assert!((bounds.max - DVec3::new(0.0, 3.0, 0.0)).length() < 1e-12);
+    }
+
+    #[test]
+    fn odd_objects_are_refused() {
+        let odd = [f32::NAN, -0.1, 1.1];
+        for value in odd {
+            let opacity = Rgb::new(0.5, value, 0.5);
+            let error = triangle().with_opacity(opacity).check().unwrap_err();
+            assert!(error.to_string().starts_with("opacity: "), "{error}");
+        }
+        assert!(Object { density: -1.0, ..triangle() }.check().is_err());
+        let flat = Transform { scale: 0.0, ..Transform::default() };
+        assert!(Object { motion: vec![Motion::still(flat)], ..triangle() }.check().is_err());
+        assert!(triangle().check().is_ok());
+    }
+}

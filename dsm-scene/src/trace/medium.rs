@@ -1,0 +1,127 @@
+//! Density along a ray through a volume.
+
+use glam::{DVec3, IVec3};
+
+use super::ray::Ray;
+use crate::volume::{Cell, Volume};
+
+/// The density at a parameter of the ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct DensitySample {
+    pub(crate) t: f64,
+    pub(crate) density: f32,
+}
+
+/// Middles this close to the line between their neighbours, relative to the
+/// densities, are left out.
+const STRAIGHT: f64 = 1e-7;
+
+/// Calls `stretch` with the density along every stretch of the ray, given in
+/// the object's space, that may hold any: front to back, linear between
+/// samples.
+///
+/// Within a cell the density along the ray is a cubic. Every cell gives a
+/// sample at its end and one in its middle, which is chosen so that the two
+/// trapezia have the cubic's integral (Simpson's rule): the optical depth is
+/// exact, up to rounding, wherever the ray leaves a cell, unless that would
+/// take a negative density.
+pub(crate) fn march(
+    volume: &Volume,
+    ray: &Ray,
+    samples: &mut Vec<DensitySample>,
+    mut stretch: impl FnMut(&[DensitySample]),
+) {
+    let origin = volume.to_index(ray.origin());
+    let direction = ray.direction() / volume.voxel_size();
+    let bounds = volume.index_bounds();
+    let Some((enter, leave)) = bounds.clip(origin, direction) else { return };
+    let [near, far] = ray.range();
+    let (mut t, far) = (enter.max(near), leave.min(far));
+    let [first, last] = [bounds.min.as_ivec3(), bounds.max.as_ivec3() - 1];
+    let at = |t: f64| origin + direction * t;
+    let mut cell = at(t).floor().as_ivec3().clamp(first, last);
+    samples.clear();
+    while t < far {
+        let (start, side, occupied) = volume.block(cell);
+        let (exit, axis) = exit(origin, direction, start, side);
+        let end = exit.max(t).min(far);
+        let corners = if occupied { volume.cell(cell) } else { Cell::EMPTY };
+        if corners.is_empty() {
+            flush(samples, &mut stretch);
+        } else if end > t {
+            let density = |t: f64| corners.at(at(t) - cell.as_dvec3());
+            push_cell(samples, t, end, density);
+        }
+        t = end;
+        let onward = direction[axis] > 0.0;
+        let previous = cell;
+        if side > 1 {
+            cell = at(t).floor().as_ivec3().clamp(start, start + side - 1);
+            // Rounding must not lead back.
+            let ahead = direction.cmpge(DVec3::ZERO);
+            cell = IVec3::select(ahead, cell.max(previous), cell.min(previous));
+        }
+        cell[axis] = if onward { start[axis] + side } else { start[axis] - 1 };
+        if cell[axis] < first[axis] || cell[axis] > last[axis] {
+            break;
+        }
+    }
+    flush(samples, &mut stretch);
+}
+
+/// Where the line leaves the box of cells, and through which side.
+fn exit(origin: DVec3, direction: DVec3, start: IVec3, side: i32) -> (f64, usize) {
+    let mut nearest = (f64::INFINITY, 0);
+    for axis in 0..3 {
+        let far = if direction[axis] > 0.0 { start[axis] + side } else { start[axis] };
+        let t = (f64::from(far) - origin[axis]) / direction[axis];
+        if direction[axis] != 0.0 && t < nearest.0 {
+            nearest = (t, axis);
+        }
+    }
+    nearest
+}
+
+fn push_cell(samples: &mut Vec<DensitySample>, t: f64, end: f64, density: impl Fn(f64) -> f32) {
+    let begin = match samples.last() {
+        Some(sample) => sample.density,
+        None => {
+            let sample = DensitySample { t, density: density(t) };
+            samples.push(sample);
+            sample.density
+        }
+    };
+    let middle = 0.5 * (t + end);
+    let (from, through, to) = (f64::from(begin), f64::from(density(middle)), density(end));
+    let simpson = (8.0 * through - from - f64::from(to)) / 6.0;
+    push(samples, DensitySample { t: middle, density: simpson.max(0.0) as f32 });
+    push(samples, DensitySample { t: end, density: to });
+}
+
+/// Adds a sample, in place of the last one if that lies on the line to it.
+fn push(samples: &mut Vec<DensitySample>, next: DensitySample) {
+    if let [.., before, last] = samples.as_slice() {
+        let part = (last.t - before.t) / (next.t - before.t);
+        let [a, b, c] = [before, last, &next].map(|sample| f64::from(sample.density));
+        if (a + (c - a) * part - b).abs() <= STRAIGHT * a.max(b).max(c) {
+            samples.pop();
+        }
+    }
+    samples.push(next);
+}
+
+fn flush(samples: &mut Vec<DensitySample>, stretch: &mut impl FnMut(&[DensitySample])) {
+    if samples.len() > 1 {
+        stretch(samples);
+    }
+    samples.clear();
+}
+
+/// The integral of density over t.
+pub(crate) fn integral(samples: &[DensitySample]) -> f64 {
+    let trapezium = |pair: &[DensitySample]| {
+        let mean = 0.5 * (f64::from(pair[0].density) + f64::from(pair[1].density));
+        mean * (pair[1].t - pair[0].t)
+    };
+    samples.windows(2).map(trapezium).sum()
+}

@@ -1,0 +1,423 @@
+//! Density on a grid of voxels.
+
+use std::collections::HashMap;
+
+use glam::{DVec3, IVec3, UVec3};
+
+use crate::bounds::Bounds;
+use crate::error::{Error, Place, Result};
+
+/// Voxels along the side of a brick, as a power of two.
+const BRICK_LOG2: i32 = 3;
+const BRICK: i32 = 1 << BRICK_LOG2;
+const BRICK_VOXELS: usize = 1 << (3 * BRICK_LOG2);
+
+/// How many bricks the box around all of them may hold: 64 MiB of table.
+const MOST_BRICKS: u64 = 1 << 24;
+/// How far from the origin a voxel may lie.
+const FARTHEST_VOXEL: i32 = 1 << 28;
+
+/// Density between voxels, which stand at whole numbers of index space:
+/// trilinear, 0 outside. Only bricks of 8³ voxels that hold something take
+/// memory.
+#[derive(Clone, Debug)]
+pub struct Volume {
+    /// Index (0, 0, 0) in object space.
+    translation: DVec3,
+    /// The distance between voxels in object space, > 0.
+    voxel_size: DVec3,
+    /// The brick that the table begins with, and how many it has each way.
+    first_brick: IVec3,
+    brick_count: UVec3,
+    /// Every brick's place among `values`; 0 is the empty brick.
+    table: Vec<u32>,
+    values: Vec<f32>,
+    /// Whether any of a brick's cells can hold density; a cell reaches from a
+    /// voxel to the next ones, so that cells begin one brick earlier.
+    occupied: Vec<bool>,
+    /// The lowest and the highest voxel that was set.
+    extent: [IVec3; 2],
+    largest: f32,
+    voxel_count: u64,
+}
+
+/// Collects the voxels of a [`Volume`].
+#[derive(Debug)]
+pub struct VolumeBuilder {
+    bricks: HashMap<IVec3, u32>,
+    values: Vec<f32>,
+    constants: HashMap<u32, u32>,
+    extent: [IVec3; 2],
+    largest: f32,
+    voxel_count: u64,
+}
+
+impl Default for VolumeBuilder {
+    fn default() -> Self {
+        Self {
+            bricks: HashMap::new(),
+            values: vec![0.0; BRICK_VOXELS],
+            constants: HashMap::new(),
+            extent: [IVec3::MAX, IVec3::MIN],
+            largest: 0.0,
+            voxel_count: 0,
+        }
+    }
+}
+
+impl VolumeBuilder {
+    /// Sets the voxel at `index`; values below 0 count as 0.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Malformed`] for a value that is not finite or an index beyond
+    /// ±2²⁸; [`Error::TooLarge`] above 2²⁴ bricks of 8³ voxels.
+    pub fn set(&mut self, index: IVec3, value: f32) -> Result<()> {
+        let value = self.note(index, index, value, 1)?;
+        let brick = index >> BRICK_LOG2;
+        let slot = match self.bricks.get(&brick) {
+            // A shared brick is nobody's to write to: nobody sets voxels in tiles.
+            Some(&slot) => slot,
+            None => {
+                let slot = (self.values.len() / BRICK_VOXELS) as u32;
+                self.values.resize(self.values.len() + BRICK_VOXELS, 0.0);
+                self.insert(brick, slot)?;
+                slot
+            }
+        };
+        self.values[slot as usize * BRICK_VOXELS + voxel_in_brick(index)] = value;
+        Ok(())
+    }
+
+    /// Sets all `side`³ voxels from `index` on, which has to be a multiple of
+    /// 8 as `side` is. Bricks that are filled with one value share memory.
+    ///
+    /// # Errors
+    ///
+    /// See [`Self::set`].
+    pub fn fill(&mut self, index: IVec3, side: i32, value: f32) -> Result<()> {
+        let voxels = u64::from(side.unsigned_abs()).pow(3);
+        let end = index.saturating_add(IVec3::splat(side - 1));
+        let value = self.note(index, end, value, voxels)?;
+        let slot = *self.constants.entry(value.to_bits()).or_insert_with(|| {
+            let slot = (self.values.len() / BRICK_VOXELS) as u32;
+            self.values.resize(self.values.len() + BRICK_VOXELS, value);
+            slot
+        });
+        let (first, last) = (index >> BRICK_LOG2, end >> BRICK_LOG2);
+        for z in first.z..=last.z {
+            for y in first.y..=last.y {
+                for x in first.x..=last.x {
+                    self.insert(IVec3::new(x, y, z), slot)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn insert(&mut self, brick: IVec3, slot: u32) -> Result<()> {
+        self.bricks.insert(brick, slot);
+        check_bricks(self.bricks.len() as u64)
+    }
+
+    fn note(&mut self, first: IVec3, last: IVec3, value: f32, voxels: u64) -> Result<f32> {
+        let place = || Place::Voxel(first.to_array());
+        if !value.is_finite() {
+            return Err(Error::malformed(place(), format!("density must be finite, not {value}")));
+        }
+        let far = IVec3::splat(FARTHEST_VOXEL);
+        if first.cmplt(-far).any() || last.cmpgt(far).any() {
+            return Err(Error::malformed(place(), "voxels may lie within ±2^28 only"));
+        }
+        self.extent = [self.extent[0].min(first), self.extent[1].max(last)];
+        self.largest = self.largest.max(value);
+        self.voxel_count += voxels;
+        Ok(value.max(0.0))
+    }
+
+    /// The volume, whose voxels are `voxel_size` apart and whose voxel
+    /// (0, 0, 0) lies at `translation` of object space.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Malformed`] for sizes that are not finite or not positive;
+    /// [`Error::TooLarge`] if the box around all voxels holds more than 2²⁴
+    /// bricks.
+    pub fn build(self, voxel_size: DVec3, translation: DVec3) -> Result<Volume> {
+        let sound = |size: f64| (1e-18..=1e18).contains(&size);
+        if !(voxel_size.to_array().into_iter().all(sound)
+            && translation.abs().cmple(DVec3::splat(1e18)).all())
+        {
+            let reason = "voxels must be 1e-18 to 1e18 units large, at most 1e18 units away";
+            return Err(Error::malformed(Place::Named("transform".into()), reason));
+        }
+        let (mut first, mut last) = (IVec3::ZERO, IVec3::NEG_ONE);
+        if !self.bricks.is_empty() {
+            (first, last) = (self.extent[0] >> BRICK_LOG2, self.extent[1] >> BRICK_LOG2);
+        }
+        let brick_count = (last - first + 1).as_uvec3();
+        let sides = brick_count.to_array().map(u64::from);
+        check_bricks(sides.into_iter().fold(1, u64::saturating_mul))?;
+        let mut table = vec![0; brick_count.element_product() as usize];
+        for (&brick, &slot) in &self.bricks {
+            table[flat((brick - first).as_uvec3(), brick_count)] = slot;
+        }
+        let cells = brick_count + 1;
+        let mut occupied = vec![false; cells.to_array().map(|side| side as usize).iter().product()];
+        for (&brick, &slot) in &self.bricks {
+            let start = slot as usize * BRICK_VOXELS;
+            if self.values[start..start + BRICK_VOXELS].iter().all(|&value| value == 0.0) {
+                continue;
+            }
+            for corner in 0..8 {
+                let back = UVec3::new(corner & 1, corner >> 1 & 1, corner >> 2);
+                occupied[flat((brick - first).as_uvec3() + 1 - back, cells)] = true;
+            }
+        }
+        Ok(Volume {
+            translation,
+            voxel_size,
+            first_brick: first,
+            brick_count,
+            table,
+            values: self.values,
+            occupied,
+            extent: self.extent,
+            largest: self.largest,
+            voxel_count: self.voxel_count,
+        })
+    }
+}
+
+impl Volume {
+    /// A volume of `size` voxels from index (0, 0, 0) on, filled by `density`.
+    ///
+    /// # Errors
+    ///
+    /// See [`VolumeBuilder::set`] and [`VolumeBuilder::build`].
+    pub fn from_fn(
+        size: UVec3,
+        voxel_size: DVec3,
+        translation: DVec3,
+        mut density: impl FnMut(IVec3) -> f32,
+    ) -> Result<Self> {
+        let mut builder = VolumeBuilder::default();
+        let size = size.min(UVec3::splat(FARTHEST_VOXEL as u32)).as_ivec3();
+        for z in 0..size.z {
+            for y in 0..size.y {
+                for x in 0..size.x {
+                    let index = IVec3::new(x, y, z);
+                    let value = density(index);
+                    // Voxels that hold nothing are left out: their bricks may be.
+                    if value != 0.0 {
+                        builder.set(index, value)?;
+                    }
+                }
+            }
+        }
+        builder.build(voxel_size, translation)
+    }
+
+    /// How many voxels were set.
+    #[must_use]
+    pub fn voxel_count(&self) -> u64 {
+        self.voxel_count
+    }
+
+    /// The lowest and the highest index that was set; `None` if none was.
+    #[must_use]
+    pub fn extent(&self) -> Option<[IVec3; 2]> {
+        (self.voxel_count > 0).then_some(self.extent)
+    }
+
+    /// The largest density of a voxel.
+    #[must_use]
+    pub fn largest(&self) -> f32 {
+        self.largest
+    }
+
+    /// The distance between voxels in object space.
+    #[must_use]
+    pub fn voxel_size(&self) -> DVec3 {
+        self.voxel_size
+    }
+
+    /// The density of the voxel at `index`, 0 where none was set.
+    #[must_use]
+    pub fn voxel(&self, index: IVec3) -> f32 {
+        let brick = (index >> BRICK_LOG2).wrapping_sub(self.first_brick).as_uvec3();
+        if brick.cmpge(self.brick_count).any() {
+            return 0.0;
+        }
+        let slot = self.table[flat(brick, self.brick_count)] as usize;
+        self.values[slot * BRICK_VOXELS + voxel_in_brick(index)]
+    }
+
+    /// The density at a point of object space, trilinear between voxels.
+    #[must_use]
+    pub fn density(&self, point: DVec3) -> f32 {
+        let index = self.to_index(point);
+        // Far outside, `as` saturates; `voxel` knows that there is nothing.
+        let cell = index.floor().clamp(DVec3::splat(-1e9), DVec3::splat(1e9));
+        self.cell(cell.as_ivec3()).at(index - cell)
+    }
+
+    /// A point of object space in index space.
+    pub(crate) fn to_index(&self, point: DVec3) -> DVec3 {
+        (point - self.translation) / self.voxel_size
+    }
+
+    /// The density at the corners of the cell that begins at voxel `first`.
+    pub(crate) fn cell(&self, first: IVec3) -> Cell {
+        let within = first & (BRICK - 1);
+        if within.cmplt(IVec3::splat(BRICK - 1)).all() {
+            let brick = (first >> BRICK_LOG2).wrapping_sub(self.first_brick).as_uvec3();
+            if brick.cmpge(self.brick_count).any() {
+                return Cell([0.0; 8]);
+            }
+            let slot = self.table[flat(brick, self.brick_count)] as usize;
+            let start = slot * BRICK_VOXELS + voxel_in_brick(first);
+            let value = |corner: usize| {
+                let step = (corner & 1)
+                    + ((corner >> 1 & 1) << BRICK_LOG2)
+                    + ((corner >> 2) << (2 * BRICK_LOG2));
+                f64::from(self.values[start + step])
+            };
+            return Cell(std::array::from_fn(value));
+        }
+        Cell(std::array::from_fn(|corner| {
+            let corner = corner as i32;
+            let step = IVec3::new(corner & 1, corner >> 1 & 1, corner >> 2);
+            f64::from(self.voxel(first + step))
+        }))
+    }
+
+    /// The largest box of cells around `cell` that is known to be handled
+    /// alike: the cell alone if there may be density, or the brick of cells
+    /// that holds none. The flag tells which.
+    pub(crate) fn block(&self, cell: IVec3) -> (IVec3, i32, bool) {
+        let brick = cell >> BRICK_LOG2;
+        let at = (brick - self.first_brick + 1).as_uvec3();
+        let cells = self.brick_count + 1;
+        if at.cmplt(cells).all() && self.occupied[flat(at, cells)] {
+            (cell, 1, true)
+        } else {
+            (brick << BRICK_LOG2, BRICK, false)
+        }
+    }
+
+    /// The cells that can hold density, as a box of index space.
+    pub(crate) fn index_bounds(&self) -> Bounds {
+        if self.voxel_count == 0 {
+            return Bounds::default();
+        }
+        let [low, high] = self.extent;
+        Bounds { min: low.as_dvec3() - 1.0, max: high.as_dvec3() + 1.0 }
+    }
+
+    /// The box that density reaches, in object space.
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        let bounds = self.index_bounds();
+        if bounds.is_empty() {
+            return bounds;
+        }
+        let out = |index: DVec3| index * self.voxel_size + self.translation;
+        Bounds { min: out(bounds.min), max: out(bounds.max) }
+    }
+}
+
+/// The density at a cell's corners, x first.
+pub(crate) struct Cell([f64; 8]);
+
+impl Cell {
+    /// Nothing at any corner.
+    pub(crate) const EMPTY: Self = Self([0.0; 8]);
+
+    /// Whether there is no density at any corner.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0 == [0.0; 8]
+    }
+
+    /// The density `within` the cell, a point of [0, 1]³.
+    pub(crate) fn at(&self, within: DVec3) -> f32 {
+        let part = within.clamp(DVec3::ZERO, DVec3::ONE);
+        let mix = |a: f64, b: f64, part: f64| a * (1.0 - part) + b * part;
+        let [a, b, c, d, e, f, g, h] = self.0;
+        let front = mix(mix(a, b, part.x), mix(c, d, part.x), part.y);
+        let back = mix(mix(e, f, part.x), mix(g, h, part.x), part.y);
+        mix(front, back, part.z) as f32
+    }
+}
+
+fn voxel_in_brick(index: IVec3) -> usize {
+    let within = index & (BRICK - 1);
+    (within.x + (within.y << BRICK_LOG2) + (within.z << (2 * BRICK_LOG2))) as usize
+}
+
+fn flat(at: UVec3, size: UVec3) -> usize {
+    at.x as usize + size.x as usize * (at.y as usize + size.y as usize * at.z as usize)
+}
+
+fn check_bricks(count: u64) -> Result<()> {
+    if count > MOST_BRICKS {
+        let what = "bricks of 8 × 8 × 8 voxels in the box around a volume";
+        return Err(Error::TooLarge { what, count, limit: MOST_BRICKS });
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn density_is_trilinear_between_voxels() {
+        let value = |index: IVec3| (index.x + 10 * index.y + 100 * index.z + 1) as f32;
+        let size = DVec3::new(0.5, 0.25, 2.0);
+        let volume =
+            Volume::from_fn(UVec3::new(20, 9, 11), size, DVec3::new(1.0, 2.0, 3.0), value).unwrap();
+        assert_eq!(volume.voxel_count(), 20 * 9 * 11);
+        assert_eq!(volume.extent(), Some([IVec3::ZERO, IVec3::new(19, 8, 10)]));
+        // A trilinear function comes back between bricks, too.
+        for index in [[0.0, 0.0, 0.0], [7.5, 7.25, 7.75], [3.3, 2.1, 9.9], [15.9, 7.9, 8.1]] {
+            let index = DVec3::from(index);
+            let point = index * size + DVec3::new(1.0, 2.0, 3.0);
+            let expected = index.x + 10.0 * index.y + 100.0 * index.z + 1.0;
+            assert!((f64::from(volume.density(point)) - expected).abs() < 1e-3, "{index}");
+        }
+        // Half a voxel outside, half of it.
+        let outside = volume.density(DVec3::new(0.75, 2.0, 3.0));
+        assert!((outside - 0.5).abs() < 1e-6);
+        assert_eq!(volume.density(DVec3::splat(1e30)), 0.0);
+        assert_eq!(volume.density(DVec3::splat(-1e30)), 0.0);
+    }
+
+    #[test]
+    fn tiles_share_one_brick_a_value() {
+        let mut builder = VolumeBuilder::default();
+        builder.fill(IVec3::new(-128, 0, 128), 128, 2.0).unwrap();
+        builder.fill(IVec3::new(0, 0, 128), 8, 2.0).unwrap();
+        let volume = builder.build(DVec3::ONE, DVec3::ZERO).unwrap();
+        assert_eq!(volume.values.len(), 2 * BRICK_VOXELS);
+        assert_eq!(volume.voxel(IVec3::new(-1, 127, 255)), 2.0);
+        assert_eq!(volume.voxel(IVec3::new(7, 7, 135)), 2.0);
+        assert_eq!(volume.voxel(IVec3::new(8, 7, 135)), 0.0);
+        assert_eq!(volume.voxel_count(), 128 * 128 * 128 + 512);
+    }
+
+    #[test]
+    fn volumes_no_memory_could_hold_are_refused() {
+        let mut builder = VolumeBuilder::default();
+        builder.set(IVec3::ZERO, 1.0).unwrap();
+        builder.set(IVec3::splat(FARTHEST_VOXEL), 1.0).unwrap();
+        assert!(matches!(builder.build(DVec3::ONE, DVec3::ZERO), Err(Error::TooLarge { .. })));
+        let mut builder = VolumeBuilder::default();
+        assert!(builder.set(IVec3::splat(i32::MIN), 1.0).is_err());
+        assert!(builder.fill(IVec3::splat(i32::MAX - 7), 8, 1.0).is_err());
+        assert!(builder.set(IVec3::ZERO, f32::NAN).is_err());
+        let empty = VolumeBuilder::default().build(DVec3::ONE, DVec3::ZERO).unwrap();
+        assert!(empty.bounds().is_empty() && empty.density(DVec3::ZERO) == 0.0);
+        assert!(VolumeBuilder::default().build(DVec3::ZERO, DVec3::ZERO).is_err());
+    }
+}
