@@ -1,6 +1,6 @@
 //! Density on a grid of voxels.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::{DVec3, IVec3, UVec3};
 
@@ -47,6 +47,7 @@ pub struct VolumeBuilder {
     bricks: HashMap<IVec3, u32>,
     values: Vec<f32>,
     constants: HashMap<u32, u32>,
+    shared: HashSet<u32>,
     extent: [IVec3; 2],
     largest: f32,
     voxel_count: u64,
@@ -58,6 +59,7 @@ impl Default for VolumeBuilder {
             bricks: HashMap::new(),
             values: vec![0.0; BRICK_VOXELS],
             constants: HashMap::new(),
+            shared: HashSet::new(),
             extent: [IVec3::MAX, IVec3::MIN],
             largest: 0.0,
             voxel_count: 0,
@@ -76,11 +78,12 @@ impl VolumeBuilder {
         let value = self.note(index, index, value, 1)?;
         let brick = index >> BRICK_LOG2;
         let slot = match self.bricks.get(&brick) {
-            // A shared brick is nobody's to write to: nobody sets voxels in tiles.
-            Some(&slot) => slot,
-            None => {
+            Some(slot) if !self.shared.contains(slot) => *slot,
+            shared => {
+                // A brick of its own, filled like the one that it shared.
+                let from = shared.map_or(0, |&slot| slot as usize * BRICK_VOXELS);
                 let slot = (self.values.len() / BRICK_VOXELS) as u32;
-                self.values.resize(self.values.len() + BRICK_VOXELS, 0.0);
+                self.values.extend_from_within(from..from + BRICK_VOXELS);
                 self.insert(brick, slot)?;
                 slot
             }
@@ -104,6 +107,7 @@ impl VolumeBuilder {
             self.values.resize(self.values.len() + BRICK_VOXELS, value);
             slot
         });
+        self.shared.insert(slot);
         let (first, last) = (index >> BRICK_LOG2, end >> BRICK_LOG2);
         for z in first.z..=last.z {
             for y in first.y..=last.y {
@@ -404,6 +408,13 @@ mod tests {
         assert_eq!(volume.voxel(IVec3::new(7, 7, 135)), 2.0);
         assert_eq!(volume.voxel(IVec3::new(8, 7, 135)), 0.0);
         assert_eq!(volume.voxel_count(), 128 * 128 * 128 + 512);
+        // A voxel set within a tile changes no other tile.
+        let mut builder = VolumeBuilder::default();
+        builder.fill(IVec3::ZERO, 16, 2.0).unwrap();
+        builder.set(IVec3::ONE, 3.0).unwrap();
+        let volume = builder.build(DVec3::ONE, DVec3::ZERO).unwrap();
+        let values = [0, 1, 9].map(|index| volume.voxel(IVec3::splat(index)));
+        assert_eq!(values, [2.0, 3.0, 2.0]);
     }
 
     #[test]

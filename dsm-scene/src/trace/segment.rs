@@ -39,7 +39,7 @@ impl SegmentTest {
         let radius = near_radius + (far_radius - near_radius) * along;
         let distance = (across + step * along).length_squared();
         (radius > 0.0 && distance <= radius * radius)
-            .then(|| Meeting { t: a_t + (b_t - a_t) * along, along })
+            .then_some(Meeting { t: a_t + (b_t - a_t) * along, along })
     }
 }
 

@@ -1,0 +1,121 @@
+//! Shapes from files.
+//!
+//! No file takes more memory than a multiple of its length: counts that it
+//! states are checked against its bytes first.
+
+mod gltf;
+mod hair;
+mod image;
+mod obj;
+mod ply;
+mod vdb;
+mod vdb_layout;
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use crate::curves::Curves;
+use crate::error::{Error, Result};
+use crate::mesh::TriangleMesh;
+use crate::scene::Shape;
+use crate::volume::Volume;
+
+/// Vertices and triangles of a mesh, together with its copies.
+pub(crate) const MOST_PRIMITIVES: u64 = 100_000_000;
+
+/// Reads a mesh: Wavefront `.obj`, Stanford `.ply` (text and binary, either
+/// byte order), `.gltf` and `.glb`, by the extension.
+///
+/// Polygons become fans of triangles; points and lines are left out. Opacity
+/// comes from the dissolve (`d`, `Tr`, `map_d`) of an `.obj`'s materials, whose
+/// file may be missing, and from the alpha of a glTF's base colour where its
+/// material is a mask or blends. glTF nodes of the default scene are placed;
+/// skins, morph targets and animations are not applied.
+///
+/// # Errors
+///
+/// [`Error::File`] with the cause: the file can't be read, isn't whole, isn't
+/// of its format, or has coordinates that no scene can have; an image is
+/// missing that the opacity needs.
+pub fn load_mesh(path: &Path) -> Result<TriangleMesh> {
+    let expected = "a mesh is .obj, .ply, .gltf or .glb";
+    match extension(path).as_deref() {
+        Some("obj") => obj::load(path),
+        Some("ply") => ply::load(path),
+        Some("gltf" | "glb") => gltf::load(path),
+        _ => Err(unknown(path, expected)),
+    }
+    .map_err(|error| error.in_file(path))
+}
+
+/// Reads strands: Cem Yuksel's `.hair`.
+///
+/// The thickness in the file is a diameter. Its transparency becomes opacity;
+/// its colours are left out. Strands without thickness are never met.
+///
+/// # Errors
+///
+/// [`Error::File`] with the cause, as [`load_mesh`].
+pub fn load_curves(path: &Path) -> Result<Curves> {
+    match extension(path).as_deref() {
+        Some("hair") => hair::load(path),
+        _ => Err(unknown(path, "strands are .hair")),
+    }
+    .map_err(|error| error.in_file(path))
+}
+
+/// Reads a medium: OpenVDB `.vdb`, the grid `density` or the only one there is,
+/// of 32-bit floats stored as such or as halves, scaled and moved but not
+/// turned. Active voxels and tiles count, others are empty.
+///
+/// # Errors
+///
+/// [`Error::File`] with the cause, as [`load_mesh`].
+pub fn load_volume(path: &Path) -> Result<Volume> {
+    match extension(path).as_deref() {
+        Some("vdb") => vdb::load(path),
+        _ => Err(unknown(path, "a volume is .vdb")),
+    }
+    .map_err(|error| error.in_file(path))
+}
+
+/// Reads a shape of any kind, by the file's extension.
+///
+/// # Errors
+///
+/// [`Error::File`] with the cause, as [`load_mesh`].
+pub fn load_shape(path: &Path) -> Result<Shape> {
+    match extension(path).as_deref() {
+        Some("hair") => load_curves(path).map(Shape::Curves),
+        Some("vdb") => load_volume(path).map(Shape::Volume),
+        Some("obj" | "ply" | "gltf" | "glb") => load_mesh(path).map(Shape::Mesh),
+        _ => {
+            let expected = "a model is .obj, .ply, .gltf, .glb, .hair or .vdb";
+            Err(unknown(path, expected).in_file(path))
+        }
+    }
+}
+
+pub(crate) fn extension(path: &Path) -> Option<String> {
+    Some(path.extension()?.to_string_lossy().to_ascii_lowercase())
+}
+
+fn unknown(path: &Path, expected: &'static str) -> Error {
+    Error::UnknownFormat { extension: extension(path), expected }
+}
+
+/// All bytes of a regular file: pipes and devices may have no end.
+pub(crate) fn read_file(path: &Path) -> Result<Vec<u8>> {
+    let io = |action| move |error| Error::Io { action, error };
+    // Opening a pipe would wait for its writer.
+    let metadata = std::fs::metadata(path).map_err(io("open"))?;
+    if !metadata.is_file() {
+        let error = std::io::Error::other("not a regular file");
+        return Err(Error::Io { action: "read", error });
+    }
+    let mut file = File::open(path).map_err(io("open"))?.take(metadata.len());
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes).map_err(io("read"))?;
+    Ok(bytes)
+}
