@@ -20,10 +20,14 @@
 
 mod alpha;
 mod bounds;
+mod builtin;
 mod curves;
 mod error;
+mod file;
+mod hit_source;
 mod load;
 mod mesh;
+mod reference;
 mod scene;
 mod trace;
 mod transform;
@@ -32,10 +36,14 @@ mod volume;
 
 pub use alpha::{Alpha, AlphaMode, AlphaTexture, Wrap};
 pub use bounds::Bounds;
+pub use builtin::{BUILTIN_SCENES, builtin_scene};
 pub use curves::Curves;
 pub use error::{Error, Place, Result};
+pub use file::open_scene;
+pub use hit_source::SceneHitSource;
 pub use load::{load_curves, load_mesh, load_shape, load_volume};
 pub use mesh::TriangleMesh;
+pub use reference::SceneReference;
 pub use scene::{Object, Scene, Shape};
 pub use trace::{Ray, TracedScene, Tracer};
 pub use transform::{Motion, Transform};

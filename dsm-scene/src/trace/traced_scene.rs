@@ -33,7 +33,7 @@ struct TracedObject {
 
 /// A surface or strand that a ray meets.
 #[derive(Clone, Copy, Debug)]
-struct Hit {
+pub(crate) struct Hit {
     t: f64,
     object: u32,
     primitive: u32,
@@ -71,6 +71,12 @@ impl TracedScene {
     #[must_use]
     pub fn tracer(&self) -> Tracer<'_> {
         Tracer { scene: self, hits: Vec::new(), samples: Vec::new() }
+    }
+
+    /// Whether anything moves while the shutter is open.
+    #[must_use]
+    pub fn is_moving(&self) -> bool {
+        self.objects.iter().any(|object| object.inverse.is_none())
     }
 
     /// The objects that the ray may meet, each with the ray in its space.
@@ -149,6 +155,17 @@ impl Tracer<'_> {
     /// [`crate::Error::Core`] if the ray's direction is shorter than 1: t is no
     /// depth then.
     pub fn hits<T: Transmittance>(&mut self, ray: &Ray, hits: &mut RayHits<T>) -> Result<()> {
+        self.surfaces(ray, |_, hit| Ok(hits.push_surface(hit)?))?;
+        self.media(ray, |column, factor| Ok(hits.push_volume(column, factor)?))
+    }
+
+    /// Calls `push` with all surfaces and strands that the ray meets, front to
+    /// back.
+    pub(crate) fn surfaces<T: Transmittance>(
+        &mut self,
+        ray: &Ray,
+        mut push: impl FnMut(&Hit, SurfaceHit<T>) -> Result<()>,
+    ) -> Result<()> {
         self.hits.clear();
         for (index, object, own) in self.scene.in_objects(ray) {
             object.meet(&own, |primitive, t, opacity| {
@@ -164,10 +181,19 @@ impl Tracer<'_> {
             let depth = hit.t as f32;
             if depth.is_finite() {
                 let object = &self.scene.objects[hit.object as usize].object;
-                let opacity = scaled::<T>(object.opacity, hit.opacity);
-                hits.push_surface(SurfaceHit { depth, opacity })?;
+                push(hit, SurfaceHit { depth, opacity: scaled(object.opacity, hit.opacity) })?;
             }
         }
+        Ok(())
+    }
+
+    /// Calls `push` with the extinction along every stretch of the ray that may
+    /// have any, and with the distance per unit of t.
+    pub(crate) fn media<T: Transmittance>(
+        &mut self,
+        ray: &Ray,
+        mut push: impl FnMut(&[VolumeSample<T>], f64) -> Result<()>,
+    ) -> Result<()> {
         // Rounding may leave the length of a unit direction below 1.
         let length = ray.direction().length();
         let factor = if (length - 1.0).abs() < 1e-9 { 1.0 } else { length };
@@ -184,12 +210,21 @@ impl Tracer<'_> {
                     VolumeSample { depth: s.t as f32, extinction }
                 }));
                 if result.is_ok() {
-                    result = hits.push_volume(&column, factor);
+                    result = push(&column, factor);
                 }
             });
             result?;
         }
         Ok(())
+    }
+
+    /// The normal in the world of the surface that was met; strands have none.
+    pub(crate) fn normal(&self, ray: &Ray, hit: &Hit) -> Option<DVec3> {
+        let object = &self.scene.objects[hit.object as usize].object;
+        let Shape::Mesh(mesh) = &*object.shape else { return None };
+        let [a, b, c] = mesh.corners(hit.primitive as usize).map(|corner| corner.as_dvec3());
+        let normal = (b - a).cross(c - a);
+        object.to_world(ray.time()).transform_vector3(normal).try_normalize()
     }
 
     /// The fraction of light that is left at the end of the ray's range. Needs

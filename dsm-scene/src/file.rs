@@ -1,0 +1,346 @@
+//! Scene files.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use dsm_core::Rgb;
+use glam::DVec3;
+use serde::Deserialize;
+
+use crate::builtin::builtin_scene;
+use crate::error::{Error, Place, Result};
+use crate::load::{extension, load_curves, load_mesh, load_shape, load_volume, read_file};
+use crate::scene::{Object, Scene, Shape};
+use crate::transform::{Motion, Transform};
+use crate::view::{Camera, Light, LightOutline, Projection, View};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SceneFile {
+    camera: Option<CameraTable>,
+    light: Option<LightTable>,
+    #[serde(default)]
+    shutter: ShutterTable,
+    #[serde(default)]
+    object: Vec<ObjectTable>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CameraTable {
+    eye: [f64; 3],
+    target: [f64; 3],
+    #[serde(default = "upwards")]
+    up: [f64; 3],
+    #[serde(default = "usual_angle")]
+    fov: f64,
+    #[serde(default = "usual_resolution")]
+    resolution: [u32; 2],
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum ProjectionName {
+    #[default]
+    Perspective,
+    Orthographic,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum ShapeName {
+    #[default]
+    Point,
+    Rectangle,
+    Disk,
+    Sphere,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LightTable {
+    eye: [f64; 3],
+    target: [f64; 3],
+    #[serde(default = "upwards")]
+    up: [f64; 3],
+    #[serde(default)]
+    projection: ProjectionName,
+    #[serde(default = "usual_angle")]
+    fov: f64,
+    extent: Option<f64>,
+    #[serde(default)]
+    shape: ShapeName,
+    size: Option<[f64; 2]>,
+    radius: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ShutterTable {
+    #[serde(default)]
+    open: f64,
+    #[serde(default = "one")]
+    close: f64,
+}
+
+impl Default for ShutterTable {
+    fn default() -> Self {
+        Self { open: 0.0, close: 1.0 }
+    }
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(untagged, expecting = "opacity must be a number or [red, green, blue]")]
+enum Opacity {
+    Mono(f32),
+    Coloured([f32; 3]),
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TransformTable {
+    translate: Option<[f64; 3]>,
+    rotate: Option<[f64; 3]>,
+    scale: Option<f64>,
+}
+
+impl TransformTable {
+    fn over(self, base: Transform) -> Transform {
+        Transform {
+            translate: self.translate.map_or(base.translate, DVec3::from),
+            rotate: self.rotate.map_or(base.rotate, DVec3::from),
+            scale: self.scale.unwrap_or(base.scale),
+        }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ObjectTable {
+    curves: Option<PathBuf>,
+    mesh: Option<PathBuf>,
+    volume: Option<PathBuf>,
+    builtin: Option<String>,
+    opacity: Option<Opacity>,
+    thickness: Option<f32>,
+    density: Option<f32>,
+    #[serde(default)]
+    transform: TransformTable,
+    #[serde(default)]
+    transform_end: TransformTable,
+}
+
+const fn upwards() -> [f64; 3] {
+    [0.0, 1.0, 0.0]
+}
+
+const fn usual_angle() -> f64 {
+    45.0
+}
+
+const fn usual_resolution() -> [u32; 2] {
+    [640, 360]
+}
+
+const fn one() -> f64 {
+    1.0
+}
+
+/// Opens a scene: a scene file (`.toml`), a model file, or `builtin:NAME`.
+///
+/// A model file, and a scene file without a light or a camera, gets those of
+/// [`Scene::of_objects`]. Paths in a scene file are relative to it. The tables
+/// and keys are `[camera]` (`eye`, `target`, `up`, `fov`, `resolution`),
+/// `[light]` (`eye`, `target`, `up`, `projection`, `fov`, `extent`, `shape`,
+/// `size`, `radius`), `[shutter]` (`open`, `close`) and any number of
+/// `[[object]]` (one of `curves`, `mesh`, `volume` and `builtin`; `opacity`,
+/// `thickness`, `density`, `transform`, `transform_end`). Other keys are errors,
+/// and so are `thickness` without `curves` and `density` without `volume`. Of
+/// `fov` and `extent`, and of `size` and `radius`, the one counts that the
+/// projection and the shape have.
+///
+/// # Errors
+///
+/// [`Error::File`] with the cause: the line of what is not TOML or not known,
+/// the object and key whose value no scene can have, or what the loader of a
+/// model says; [`Error::UnknownBuiltin`].
+///
+/// ```
+/// let folder = tempfile::tempdir()?;
+/// let path = folder.path().join("scene.toml");
+/// std::fs::write(&path, "[light]\neye = [0, 5, 0]\ntarget = [0, 0, 0]\nwatts = 3\n")?;
+/// let error = dsm_scene::open_scene(&path).unwrap_err();
+/// assert!(error.to_string().contains("line 4: unknown field `watts`"));
+/// assert!(dsm_scene::open_scene("builtin:spinning-sphere".as_ref())?.is_moving());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn open_scene(path: &Path) -> Result<Scene> {
+    if let Some(name) = path.to_str().and_then(|name| name.strip_prefix("builtin:")) {
+        return builtin_scene(name);
+    }
+    if extension(path).as_deref() == Some("toml") {
+        return read_scene(path).map_err(|error| error.in_file(path));
+    }
+    Ok(Scene::of_objects(vec![Object::new(load_shape(path)?)]))
+}
+
+fn read_scene(path: &Path) -> Result<Scene> {
+    let bytes = read_file(path)?;
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let place = Place::Byte(error.utf8_error().valid_up_to() as u64);
+        Error::malformed(place, "not a text in UTF-8")
+    })?;
+    parse_scene(&text, path.parent().unwrap_or(Path::new("")))
+}
+
+fn parse_scene(text: &str, folder: &Path) -> Result<Scene> {
+    let file: SceneFile = toml::from_str(text).map_err(|error| {
+        let start = error.span().map_or(0, |span| span.start.min(text.len()));
+        let line = 1 + text.as_bytes()[..start].iter().filter(|&&byte| byte == b'\n').count();
+        let message: Vec<&str> = error.message().split_whitespace().collect();
+        Error::malformed(Place::Line(line as u64), message.join(" "))
+    })?;
+    let mut shapes = Shapes { folder, loaded: HashMap::new() };
+    let mut objects = Vec::new();
+    for (index, table) in file.object.iter().enumerate() {
+        let made = make_object(table, &mut shapes)
+            .map_err(|error| within(error, &format!("object {}", index + 1)))?;
+        objects.extend(made);
+    }
+    let mut scene = Scene::of_objects(objects);
+    if let Some(table) = &file.light {
+        scene.light = make_light(table).map_err(|error| within(error, "light"))?;
+    }
+    if let Some(table) = &file.camera {
+        scene.camera = make_camera(table).map_err(|error| within(error, "camera"))?;
+    }
+    let ShutterTable { open, close } = file.shutter;
+    if !(open.is_finite() && close.is_finite() && open <= close) {
+        let place = Place::Named("shutter".into());
+        return Err(Error::malformed(place, "it has to open, and then to close"));
+    }
+    scene.shutter = [open, close];
+    Ok(scene)
+}
+
+/// The same error, with the table that it is in.
+fn within(error: Error, table: &str) -> Error {
+    match error {
+        Error::Malformed { place, reason } => {
+            Error::Malformed { place: Place::Named(format!("{table}, {place}")), reason }
+        }
+        error => error,
+    }
+}
+
+/// Shapes from files, each read once.
+struct Shapes<'a> {
+    folder: &'a Path,
+    loaded: HashMap<(PathBuf, Option<u32>), Arc<Shape>>,
+}
+
+impl Shapes<'_> {
+    fn get(
+        &mut self,
+        path: &Path,
+        thickness: Option<f32>,
+        load: impl FnOnce(&Path) -> Result<Shape>,
+    ) -> Result<Arc<Shape>> {
+        let path = self.folder.join(path);
+        let key = (path.clone(), thickness.map(f32::to_bits));
+        if let Some(shape) = self.loaded.get(&key) {
+            return Ok(Arc::clone(shape));
+        }
+        let shape = Arc::new(load(&path)?);
+        self.loaded.insert(key, Arc::clone(&shape));
+        Ok(shape)
+    }
+}
+
+fn make_object(table: &ObjectTable, shapes: &mut Shapes<'_>) -> Result<Vec<Object>> {
+    let refuse = |key: &str, reason| Err(Error::malformed(Place::Named(key.into()), reason));
+    if table.thickness.is_some() && table.curves.is_none() {
+        return refuse("thickness", "only curves have one");
+    }
+    if table.density.is_some() && table.volume.is_none() {
+        return refuse("density", "only volumes have one");
+    }
+    let mut objects = match (&table.curves, &table.mesh, &table.volume, &table.builtin) {
+        (Some(path), None, None, None) => {
+            let load = |path: &Path| {
+                let curves = load_curves(path)?;
+                Ok(Shape::Curves(match table.thickness {
+                    Some(diameter) => curves.with_thickness(diameter).map_err(|_| {
+                        let reason = "must be finite and at least 0";
+                        Error::malformed(Place::Named("thickness".into()), reason)
+                    })?,
+                    None => curves,
+                }))
+            };
+            vec![of_shape(shapes.get(path, table.thickness, load)?)]
+        }
+        (None, Some(path), None, None) => {
+            vec![of_shape(shapes.get(path, None, |path| load_mesh(path).map(Shape::Mesh))?)]
+        }
+        (None, None, Some(path), None) => {
+            vec![of_shape(shapes.get(path, None, |path| load_volume(path).map(Shape::Volume))?)]
+        }
+        (None, None, None, Some(name)) => builtin_scene(name)?.objects,
+        _ => {
+            let reason = "it has one of curves, mesh, volume and builtin";
+            return Err(Error::malformed(Place::Named("shape".into()), reason));
+        }
+    };
+    let opacity = match table.opacity {
+        None => [1.0; 3],
+        Some(Opacity::Mono(value)) => [value; 3],
+        Some(Opacity::Coloured(parts)) => parts,
+    };
+    if !opacity.iter().all(|part| (0.0..=1.0).contains(part)) {
+        return refuse("opacity", "must lie in [0, 1]");
+    }
+    let open = table.transform.over(Transform::default()).check()?;
+    let close = table.transform_end.over(open).check()?;
+    for object in &mut objects {
+        let Rgb { red, green, blue } = object.opacity;
+        object.opacity = Rgb::new(red * opacity[0], green * opacity[1], blue * opacity[2]);
+        object.density = table.density.unwrap_or(object.density);
+        object.motion.push(Motion { open, close });
+    }
+    objects.into_iter().map(Object::check).collect()
+}
+
+fn of_shape(shape: Arc<Shape>) -> Object {
+    Object { shape, opacity: Rgb::new(1.0, 1.0, 1.0), density: 1.0, motion: Vec::new() }
+}
+
+fn make_light(table: &LightTable) -> Result<Light> {
+    let view = View { eye: table.eye.into(), target: table.target.into(), up: table.up.into() };
+    let projection = match (table.projection, table.extent) {
+        (ProjectionName::Perspective, _) => Projection::Perspective { fov: table.fov },
+        (ProjectionName::Orthographic, Some(extent)) => Projection::Orthographic { extent },
+        (ProjectionName::Orthographic, None) => {
+            let place = Place::Named("extent".into());
+            return Err(Error::malformed(place, "an orthographic light needs one"));
+        }
+    };
+    let radius = table.radius.unwrap_or(0.5);
+    let outline = match table.shape {
+        ShapeName::Point => LightOutline::Point,
+        ShapeName::Rectangle => LightOutline::Rectangle { size: table.size.unwrap_or([1.0; 2]) },
+        ShapeName::Disk => LightOutline::Disk { radius },
+        ShapeName::Sphere => LightOutline::Sphere { radius },
+    };
+    let light = Light { view, projection, outline };
+    light.area()?;
+    light.raster([1, 1])?;
+    Ok(light)
+}
+
+fn make_camera(table: &CameraTable) -> Result<Camera> {
+    let view = View { eye: table.eye.into(), target: table.target.into(), up: table.up.into() };
+    let camera = Camera { view, fov: table.fov, resolution: table.resolution };
+    camera.raster(table.resolution)?;
+    Ok(camera)
+}

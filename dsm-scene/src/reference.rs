@@ -1,0 +1,92 @@
+//! Shadows as they are: one ray to every sample of the light, and no map.
+
+use std::convert::Infallible;
+use std::marker::PhantomData;
+
+use dsm_core::{AreaLight, LightVisibility, OcclusionTracer, Transmittance};
+use glam::DVec3;
+
+use crate::trace::{Ray, TracedScene};
+
+/// Traces shadow rays through a scene: what every map is compared with.
+///
+/// ```
+/// use dsm_core::LightVisibility;
+/// use dsm_scene::{SceneReference, TracedScene, builtin_scene};
+/// use glam::DVec3;
+///
+/// let scene = builtin_scene("pipes")?;
+/// let traced = TracedScene::new(&scene)?;
+/// let reference = SceneReference::<f32>::new(&traced).with_rays(64);
+/// let light = scene.light.area()?;
+/// let Ok(lit) = reference.visibility(DVec3::new(6.0, 0.01, 6.0), &light, 0);
+/// let Ok(shaded) = reference.visibility(DVec3::new(-0.5, 0.01, -0.7), &light, 0);
+/// assert!(lit == 1.0 && shaded < 0.7);
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
+pub struct SceneReference<'a, T> {
+    scene: &'a TracedScene,
+    rays: u32,
+    start: f64,
+    value: PhantomData<fn() -> T>,
+}
+
+impl<'a, T: Transmittance> SceneReference<'a, T> {
+    /// 256 rays a light, which start 10⁻⁴ scene units from the receiver.
+    #[must_use]
+    pub fn new(scene: &'a TracedScene) -> Self {
+        Self { scene, rays: 256, start: 1e-4, value: PhantomData }
+    }
+
+    /// The same with another number of rays, at least 1. A point light takes
+    /// one, unless something moves.
+    #[must_use]
+    pub fn with_rays(self, rays: u32) -> Self {
+        Self { rays: rays.max(1), ..self }
+    }
+
+    /// The same with another start: nothing nearer to a receiver than this
+    /// distance, in scene units along the ray, shades it. At least 0.
+    #[must_use]
+    pub fn with_start(self, start: f64) -> Self {
+        Self { start: start.max(0.0), ..self }
+    }
+
+    fn shadow_ray(&self, receiver: DVec3, light: DVec3, time: f64) -> Ray {
+        let start = self.start / (light - receiver).length();
+        Ray::between(receiver, light).within(start, 1.0).at_time(time)
+    }
+}
+
+impl<T: Transmittance> OcclusionTracer for SceneReference<'_, T> {
+    type Value = T;
+    type Error = Infallible;
+
+    fn transmittance(&self, receiver: DVec3, light: DVec3, time: f64) -> Result<T, Infallible> {
+        Ok(self.scene.tracer().transmittance(&self.shadow_ray(receiver, light, time)))
+    }
+}
+
+impl<T: Transmittance> LightVisibility for SceneReference<'_, T> {
+    type Value = T;
+    type Error = Infallible;
+
+    /// The mean over the light's samples, each at a time of its own.
+    fn visibility(&self, receiver: DVec3, light: &AreaLight, seed: u64) -> Result<T, Infallible> {
+        let is_point = light.shape() == dsm_core::LightShape::Point;
+        let rays = if is_point && !self.scene.is_moving() { 1 } else { self.rays };
+        let mut tracer = self.scene.tracer();
+        let mut sum = T::BLOCKED.to_sum();
+        // The golden ratio spreads times evenly, whatever the number of rays.
+        let golden = 0.618_033_988_749_895;
+        let first = (seed as f64 * golden).fract();
+        for (index, point) in light.samples(receiver, rays, seed).enumerate() {
+            let time = (first + index as f64 * golden).fract();
+            let value: T = tracer.transmittance(&self.shadow_ray(receiver, point, time));
+            let value = value.to_sum();
+            sum.as_mut().iter_mut().zip(value.as_ref()).for_each(|(sum, part)| *sum += part);
+        }
+        sum.as_mut().iter_mut().for_each(|part| *part /= f64::from(rays));
+        Ok(T::from_sum(sum))
+    }
+}
