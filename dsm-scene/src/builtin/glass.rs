@@ -68,7 +68,7 @@ pub(super) fn stained_glass() -> Result<Scene> {
     let outline = LightOutline::Disk { radius: 0.08 };
     Ok(Scene {
         light: light(DVec3::new(1.2, 4.2, -4.5), target, 46.0, outline),
-        camera: camera(DVec3::new(1.8, 2.4, 6.0), DVec3::new(-0.2, 0.9, 0.8), 40.0),
+        camera: camera(DVec3::new(1.8, 2.6, 6.4), DVec3::new(-0.2, 1.3, 0.6), 42.0),
         ..Scene::of_objects(objects)
     })
 }

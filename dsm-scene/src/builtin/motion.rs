@@ -11,7 +11,7 @@ use crate::view::LightOutline;
 /// A sphere of which every other slice is missing. It flies past and turns, and
 /// a twin of it stands still.
 pub(super) fn spinning_sphere() -> Result<Scene> {
-    let slices = |slice: u32| slice / 8 % 2 == 0;
+    let slices = |slice: u32| (slice / 8).is_multiple_of(2);
     let shape = Shape::Mesh(sphere(DVec3::ZERO, 0.5, 64, 32, slices)?);
     let at = |x| Transform { translate: DVec3::new(x, 0.8, 0.0), ..Transform::default() };
     let still = Object { motion: vec![Motion::still(at(-1.2))], ..Object::new(shape) };
