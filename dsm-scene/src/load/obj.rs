@@ -252,10 +252,19 @@ mod tests {
         assert_eq!(opacities, [0.25, 0.75, 1.0, 1.0]);
         // A missing library is no error, a missing image is.
         assert!(parse_text(&text).unwrap().alphas().is_empty());
-        let library = "newmtl glass\nmap_d leaf.png\n";
+        let library = "newmtl glass\nmap_d -clamp on leaf.png\n";
         std::fs::write(folder.path().join("a b.mtl"), library).unwrap();
         let error = parse(text.as_bytes(), folder.path()).unwrap_err();
         assert!(error.to_string().contains("leaf.png: cannot open"), "{error}");
+        // The upper row of an image is where v is large.
+        let image = std::fs::File::create(folder.path().join("leaf.png")).unwrap();
+        let encoder = png::Encoder::new(image, 1, 2);
+        encoder.write_header().unwrap().write_image_data(&[255, 51]).unwrap();
+        let corners = "vt 0 0\nvt 0 0.5\nvt 0 1\nusemtl glass\nf 1/1 2/2 3/3\n";
+        let text = format!("mtllib a b.mtl\n{SQUARE}{corners}");
+        let mesh = parse(text.as_bytes(), folder.path()).unwrap();
+        assert!((mesh.opacity(0, 0.5, 0.0) - 0.2).abs() < 1e-6);
+        assert!(mesh.opacity(0, 0.5, 0.5) > 0.9);
         std::fs::write(folder.path().join("a b.mtl"), "newmtl glass\nd x\n").unwrap();
         let error = parse(text.as_bytes(), folder.path()).unwrap_err();
         assert!(error.to_string().contains("a b.mtl: "), "{error}");

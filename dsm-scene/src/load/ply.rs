@@ -252,6 +252,7 @@ mod tests {
     fn absurd_files_are_refused() {
         let replace = |from: &str, to: &str| parse(TEXT.replace(from, to).as_bytes());
         for (from, to) in [
+            ("strange 1\nproperty list uchar float of", "strange 18446744073709551615"),
             ("vertex 4", "vertex 18446744073709551615"),
             ("vertex 4", "vertex 99999999999999999999999"),
             ("face 2", "face 4000000000"),
@@ -267,6 +268,8 @@ mod tests {
             let error = replace(from, to).unwrap_err();
             assert!(!error.to_string().contains('\n'), "{error}");
         }
+        let error = replace("face 2", "face 4000000000").unwrap_err().to_string();
+        assert!(error.contains("4000000000 of them don't fit"), "{error}");
         let mut file = binary("little", |f, u| (f.to_le_bytes(), u.to_le_bytes()));
         let list = file.len() - 16;
         file[list..list + 4].copy_from_slice(&u32::MAX.to_le_bytes());

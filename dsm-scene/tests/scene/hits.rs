@@ -269,8 +269,7 @@ fn rays_that_are_none_meet_nothing() {
 
 #[test]
 fn the_door_to_the_baker_gives_planar_depths_and_normals() {
-    let tilted =
-        Transform { rotate: DVec3::new(60.0, 0.0, 0.0), scale: 16.0, ..Transform::default() };
+    let tilted = Transform { translate: DVec3::X * 2.0, rotate: DVec3::X * 60.0, scale: 16.0 };
     let object = Object { motion: vec![Motion::still(tilted)], ..Object::new(square()) };
     let scene = Scene::of_objects(vec![object]);
     let traced = TracedScene::new(&scene).unwrap();
