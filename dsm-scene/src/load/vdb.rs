@@ -136,16 +136,18 @@ mod tests {
                 }
             }
         }
-        // A block whose own header says more than there is.
-        let mut places = Vec::new();
-        let mut broken = file(ACTIVE_MASK | BLOSC, &mut places);
-        broken.truncate(places[3]);
-        broken.extend(16_i64.to_le_bytes());
-        for word in [0x0101_0102_u32, 1 << 30, 1 << 30, 1 << 30] {
-            broken.extend(word.to_le_bytes());
+        // A block whose own header says another length, unpacked or packed.
+        for (unpacked, packed) in [(1_u32 << 30, 16_u32), (7, 16), (8, 1 << 30), (8, 15)] {
+            let mut places = Vec::new();
+            let mut broken = file(ACTIVE_MASK | BLOSC, &mut places);
+            broken.truncate(places[3]);
+            broken.extend(16_i64.to_le_bytes());
+            for word in [0x0101_0102, unpacked, unpacked, packed] {
+                broken.extend(word.to_le_bytes());
+            }
+            let error = parse(&broken).unwrap_err().to_string();
+            assert!(error.contains("a compressed block has another length"), "{error}");
         }
-        let error = parse(&broken).unwrap_err().to_string();
-        assert!(error.contains("a compressed block has another length"), "{error}");
     }
 
     #[test]
