@@ -1,5 +1,11 @@
 //! Scenes as a caller sees them: files in, hits and shadows out.
 
+#![expect(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a test may stop, and says when it was skipped"
+)]
+
 mod builtin_scenes;
 mod hits;
 mod hostile_files;
