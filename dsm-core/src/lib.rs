@@ -48,7 +48,7 @@ pub use error::{Error, Result};
 pub use filter::{Filter, FilterShape};
 pub use hit::{RayHits, SurfaceHit, VolumeSample, VolumeSegment};
 pub use hit_source::{HitSource, RaySource};
-pub use light::{AreaLight, LightShape};
+pub use light::{AreaLight, LightExtent, LightShape};
 pub use lookup::field::{BlockVisitor, VisibilityField};
 pub use lookup::filtered::filtered_lookup;
 pub use lookup::footprint::Footprint;

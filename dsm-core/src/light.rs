@@ -1,9 +1,11 @@
 //! Lights with an area, and the points on them that shadow rays go to.
 
 use glam::{DVec2, DVec3};
+use serde::{Deserialize, Serialize};
 
 /// The outline of a light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum LightShape {
     /// A point.
@@ -14,6 +16,16 @@ pub enum LightShape {
     Disk,
     /// A sphere as long as the half axes in radius.
     Sphere,
+}
+
+/// The light at a shadow camera's place, as a map keeps it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LightExtent {
+    /// The outline.
+    pub shape: LightShape,
+    /// Full width and height in scene units, along the camera's right and up
+    /// axes: of a disk or a sphere the diameter, of a point 0.
+    pub size: [f32; 2],
 }
 
 /// A light in the world: a centre and two half axes.
@@ -81,6 +93,13 @@ impl AreaLight {
     #[must_use]
     pub const fn half_axes(&self) -> [DVec3; 2] {
         [self.right, self.up]
+    }
+
+    /// Its outline and size.
+    #[must_use]
+    pub fn extent(&self) -> LightExtent {
+        let size = [self.right, self.up].map(|axis| (2.0 * axis.length()) as f32);
+        LightExtent { shape: self.shape, size }
     }
 
     /// The point of the light at (`u`, `v`) in [0, 1]², as `receiver` sees it:

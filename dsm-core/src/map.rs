@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    DepthKind, Filter, PixelLists, PixelWindow, ShadowCamera, Tolerance, Transmittance,
-    VisibilityField, VisibilityView,
+    DepthKind, Filter, LightExtent, PixelLists, PixelWindow, ShadowCamera, Tolerance,
+    Transmittance, VisibilityField, VisibilityView,
 };
 
 /// What a map says of itself, besides its pixels.
@@ -25,6 +25,9 @@ pub struct MapInfo {
     pub data_window: Option<PixelWindow>,
     /// The pixels that NDC [0, 1]² covers, if the map came from an image.
     pub display_window: Option<PixelWindow>,
+    /// The light that the map looks from, if known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub light: Option<LightExtent>,
 }
 
 /// A rectangular array of visibility functions (Lokovic & Veach 2000, §3.1).

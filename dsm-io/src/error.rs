@@ -136,6 +136,12 @@ pub enum Error {
     /// An OpenEXR file that cannot be read.
     #[error(transparent)]
     DeepExr(#[from] crate::DeepExrError),
+    /// What a bake looks at could not answer.
+    #[error("{0}")]
+    HitSource(#[source] Box<dyn std::error::Error + Send + Sync>),
+    /// The caller broke it off.
+    #[error("interrupted")]
+    Interrupted,
     /// A value that the library's core refused.
     #[error(transparent)]
     Core(#[from] dsm_core::Error),

@@ -10,6 +10,7 @@
 mod achieved_error;
 mod any;
 mod attribute;
+mod bake;
 mod blocks;
 mod cache;
 mod codec;
@@ -31,6 +32,7 @@ mod writer;
 pub use achieved_error::AchievedError;
 pub use any::{AnyCachedMap, AnyDeepMap};
 pub use attribute::Attribute;
+pub use bake::{BakeOptions, BakeReport, bake};
 pub use cache::{CacheStatistics, CachedMap, CachedTile, LookupCursor, TileCache};
 pub use codec::{Block, Codec, EncodedTile};
 pub use convert::{

@@ -27,7 +27,7 @@ pub struct Metadata {
     pub height: u32,
     /// 1, or 3 for coloured maps.
     pub channels: u8,
-    /// Camera, tolerance, samples, filter and windows.
+    /// Camera, light, tolerance, samples, filter and windows.
     pub info: MapInfo,
     /// The program that wrote the file.
     pub software: String,
@@ -133,6 +133,11 @@ impl Metadata {
             .flatten();
         if !matrices.into_iter().all(|matrix| matrix.is_finite()) {
             return refuse("the camera's matrices must be finite");
+        }
+        if let Some(light) = self.info.light
+            && !light.size.iter().all(|size| size.is_finite() && *size >= 0.0)
+        {
+            return refuse("the light's size must be finite and at least 0");
         }
         if let Some(filter) = self.info.filter {
             dsm_core::Filter::new(filter.shape(), filter.width())

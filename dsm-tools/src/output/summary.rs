@@ -25,8 +25,7 @@ pub(crate) struct Summary<'a> {
     filter: Option<Filter>,
     depth: DepthSummary,
     camera: Option<ShadowCamera>,
-    /// Deep maps know no light.
-    light: Option<()>,
+    light: Option<LightExtent>,
     data_window: Option<PixelWindow>,
     display_window: Option<PixelWindow>,
     software: &'a str,
@@ -110,7 +109,7 @@ impl<'a> Summary<'a> {
                 max: stored().map(|tile| tile.z_max).reduce(f32::max),
             },
             camera: info.camera,
-            light: None,
+            light: info.light,
             data_window: info.data_window,
             display_window: info.display_window,
             software: &metadata.software,

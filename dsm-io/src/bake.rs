@@ -1,0 +1,233 @@
+//! From a baker to a file.
+
+use std::ops::{ControlFlow, Range};
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use dsm_core::{BakeProgress, BakedTile, Baker, HitSource, SumVertex, Transmittance};
+
+use crate::pyramid::{PixelFunctions, PyramidSource, SourceTile, build_pyramid};
+use crate::{
+    AchievedError, Block, Codec, Crop, EncodedTile, Error, MapWriter, Metadata, PyramidOptions,
+    Result, TileId, WriteOptions,
+};
+
+/// How a baked map is stored.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct BakeOptions {
+    /// How a tile's columns are encoded. Default exact.
+    pub codec: Codec,
+    /// How the encoded columns are packed. Default zstd.
+    pub block: Block,
+    /// The mip levels to bake as well. Default none.
+    pub pyramid: Option<PyramidOptions>,
+}
+
+impl Default for BakeOptions {
+    fn default() -> Self {
+        Self { codec: Codec::Exact, block: Block::Zstd, pyramid: None }
+    }
+}
+
+impl BakeOptions {
+    /// The same with tiles packed as `block`.
+    #[must_use]
+    pub const fn with_block(self, block: Block) -> Self {
+        Self { block, ..self }
+    }
+
+    /// The same with these mip levels.
+    #[must_use]
+    pub const fn with_pyramid(self, pyramid: Option<PyramidOptions>) -> Self {
+        Self { pyramid, ..self }
+    }
+}
+
+/// What a bake made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BakeReport {
+    /// Hits of all samples, of those on the borders of tiles that a wide
+    /// filter asks for again too.
+    pub hits: u64,
+    /// Length of the file in bytes.
+    pub bytes: u64,
+}
+
+/// Bakes a map into a file that replaces `output`, if there is one.
+///
+/// `describe` may add to what the map says of itself; its size, windows,
+/// channels and everything that the baker knows are there already. Of a crop
+/// the metadata are the whole map's; [`merge`](crate::merge) puts crops
+/// together. `watch` is told before every tile how far the bake has come, from
+/// any thread, and may break it off.
+///
+/// With a pyramid, every level is averaged from the functions before their
+/// compression, as far as they lie in one tile, and keeps a tolerance of its
+/// own ([`build_pyramid`]); level 0 has the same tiles without one.
+///
+/// The same settings and source give the same bytes, whatever the number of
+/// threads. Memory: that of [`Baker::run`] or of [`build_pyramid`], which holds
+/// the uncompressed functions of 4 tiles a thread. On an error `output` is
+/// what it was before.
+///
+/// # Errors
+///
+/// [`Error::HitSource`] with what the source says; [`Error::Interrupted`] if
+/// `watch` broke it off; [`Error::Caller`] for a pyramid of a crop; else what
+/// keeps the file from being written.
+pub fn bake<T: Transmittance, S: HitSource<T>>(
+    baker: &Baker<T, S>,
+    output: &Path,
+    options: &BakeOptions,
+    describe: impl FnOnce(&mut Metadata),
+    watch: impl Fn(BakeProgress) -> ControlFlow<()> + Sync,
+) -> Result<BakeReport>
+where
+    S::Error: std::error::Error + Send + Sync + 'static,
+{
+    let settings = baker.settings();
+    let [width, height] = settings.size;
+    let mut info = baker.info();
+    info.data_window = info.display_window;
+    let mut metadata = Metadata::new(width, height, T::CHANNELS as u8, info);
+    describe(&mut metadata);
+    let mut write =
+        WriteOptions::default().with_tile_size(settings.tile_size).with_block(options.block);
+    write.codec = options.codec;
+    let mut writer = match settings.crop {
+        None => MapWriter::create(output, metadata, write)?,
+        Some([x, y, right, bottom]) => {
+            let crop = Crop { x, y, width: right - x, height: bottom - y };
+            MapWriter::create_crop(output, metadata, crop, write)?
+        }
+    };
+    let hits = match &options.pyramid {
+        None => write_tiles(baker, &mut writer, options, watch)?,
+        Some(_) if settings.crop.is_some() => {
+            return Err(Error::caller("a part of a map has no pyramid"));
+        }
+        Some(pyramid) => {
+            let tiles = settings.tile_count();
+            let source = Exact { baker, watch, tiles, begun: 0.into(), hits: 0.into() };
+            build_pyramid(&source, &mut writer, pyramid, |_, _| ())?;
+            source.hits.into_inner()
+        }
+    };
+    Ok(BakeReport { hits, bytes: writer.finish()? })
+}
+
+/// Bakes level 0 tile by tile; the number of hits.
+fn write_tiles<T: Transmittance, S: HitSource<T>>(
+    baker: &Baker<T, S>,
+    writer: &mut MapWriter,
+    options: &BakeOptions,
+    watch: impl Fn(BakeProgress) -> ControlFlow<()> + Sync,
+) -> Result<u64>
+where
+    S::Error: std::error::Error + Send + Sync + 'static,
+{
+    let [left, top, ..] = baker.settings().window();
+    let first = [left, top].map(|pixel| pixel / baker.settings().tile_size);
+    let mut hits = 0;
+    let encode = |tile: BakedTile<T>| {
+        let encoded = EncodedTile::encode(tile.pixels().view(), options.codec, options.block)
+            .map_err(Failed::Write)?;
+        let achieved = AchievedError::enclosing(tile.max_error(), tile.mean_error());
+        Ok((tile.tile(), encoded, achieved, tile.hits()))
+    };
+    let sink = |([x, y], encoded, achieved, found): ([u32; 2], _, _, u64)| {
+        hits += found;
+        let id = TileId::new(0, x - first[0], y - first[1]);
+        writer.write_encoded(id, &encoded, achieved).map_err(Failed::Write)
+    };
+    match baker.run(encode, sink, watch) {
+        Ok(ControlFlow::Continue(())) => Ok(hits),
+        Ok(ControlFlow::Break(())) => Err(Error::Interrupted),
+        Err(Failed::Write(error)) => Err(error),
+        Err(Failed::Source(error)) => Err(Error::HitSource(Box::new(error))),
+    }
+}
+
+/// Who could not go on.
+enum Failed<E> {
+    Source(E),
+    Write(Error),
+}
+
+impl<E> From<E> for Failed<E> {
+    fn from(error: E) -> Self {
+        Self::Source(error)
+    }
+}
+
+/// A baker's functions before compression.
+struct Exact<'a, T: Transmittance, S, W> {
+    baker: &'a Baker<T, S>,
+    watch: W,
+    tiles: u64,
+    begun: AtomicU64,
+    hits: AtomicU64,
+}
+
+/// The uncompressed functions of a tile.
+struct ExactTile<T: Transmittance> {
+    vertices: Vec<SumVertex<T>>,
+    /// Each pixel's vertices, row by row, and whether chords stand for curves.
+    pixels: Vec<(Range<usize>, bool)>,
+    chord_error: f64,
+}
+
+impl<T: Transmittance> PixelFunctions<T> for ExactTile<T> {
+    type Function<'a>
+        = &'a [SumVertex<T>]
+    where
+        Self: 'a;
+
+    fn function(&self, pixel: usize) -> &[SumVertex<T>] {
+        &self.vertices[self.pixels[pixel].0.clone()]
+    }
+
+    fn error(&self, pixel: usize) -> f64 {
+        if self.pixels[pixel].1 { self.chord_error } else { 0.0 }
+    }
+}
+
+impl<T, S, W> PyramidSource<T> for Exact<'_, T, S, W>
+where
+    T: Transmittance,
+    S: HitSource<T>,
+    S::Error: std::error::Error + Send + Sync + 'static,
+    W: Fn(BakeProgress) -> ControlFlow<()> + Sync,
+{
+    type Functions<'a>
+        = ExactTile<T>
+    where
+        Self: 'a;
+
+    fn tile(&self, id: TileId) -> Result<SourceTile<ExactTile<T>>> {
+        let done = self.begun.fetch_add(1, Ordering::Relaxed);
+        if (self.watch)(BakeProgress { done, tiles: self.tiles }).is_break() {
+            return Err(Error::Interrupted);
+        }
+        let settings = self.baker.settings();
+        let first = [id.x, id.y].map(|index| index * settings.tile_size);
+        let [width, height] =
+            [0, 1].map(|axis| (settings.size[axis] - first[axis]).min(settings.tile_size));
+        let mut tile = ExactTile {
+            vertices: Vec::new(),
+            pixels: vec![(0..0, false); width as usize * height as usize],
+            chord_error: settings.tolerance().chord(),
+        };
+        let hits = self.baker.exact_tile([id.x, id.y], |pixel| {
+            let start = tile.vertices.len();
+            tile.vertices.extend_from_slice(pixel.vertices());
+            let [x, y] = [0, 1].map(|axis| (pixel.pixel()[axis] - first[axis]) as usize);
+            tile.pixels[y * width as usize + x] = (start..tile.vertices.len(), pixel.is_curved());
+        });
+        let hits = hits.map_err(|error| Error::HitSource(Box::new(error)))?;
+        self.hits.fetch_add(hits, Ordering::Relaxed);
+        let functions = (!tile.vertices.is_empty()).then_some(tile);
+        Ok(SourceTile { functions, stored: None })
+    }
+}
