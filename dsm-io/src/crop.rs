@@ -11,7 +11,7 @@ use crate::{Error, Metadata, Result};
 ///
 /// The header of a crop is the whole map's;
 /// [`MapWriter::create_crop`](crate::MapWriter::create_crop) writes one,
-/// [`merge`](crate::merge) puts crops together.
+/// [`merge`](crate::merge()) puts crops together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Crop {
     /// First column, in pixels of the whole map.

@@ -110,7 +110,7 @@ impl MapWriter {
 
     /// Starts a file that holds a part of a map, whose whole the metadata
     /// describe. Tiles count from the crop's first; no other levels may be
-    /// added. [`merge`](crate::merge) puts the parts together: where each
+    /// added. [`merge`](crate::merge()) puts the parts together: where each
     /// tile has the same bytes, the result is the file that would have been
     /// written as a whole.
     ///
