@@ -40,8 +40,18 @@ fn parse(bytes: &[u8], folder: &Path) -> Result<TriangleMesh> {
         }
     }
     let broken = |error: gltf::Error| Error::malformed(Place::Whole, error.to_string());
-    let gltf = gltf::Gltf::from_slice(bytes).map_err(broken)?;
-    let file = GltfFile { buffers: load_buffers(&gltf, folder)?, folder, document: &gltf };
+    let loaded = gltf::Gltf::from_slice_without_validation(bytes).map_err(broken)?;
+    let json = loaded.document.into_json();
+    // The validation follows these indices before it checks them.
+    let primitives = json.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    let mut accessors = primitives.flat_map(|primitive| primitive.attributes.values());
+    if let Some(index) = accessors.find(|index| index.value() >= json.accessors.len()) {
+        let reason = format!("there is no accessor {index}");
+        return Err(Error::malformed(Place::Whole, reason));
+    }
+    let gltf = Document::from_json(json).map_err(broken)?;
+    let buffers = load_buffers(&gltf, loaded.blob.as_deref(), folder)?;
+    let file = GltfFile { buffers, folder, document: &gltf };
     let mut mesh = Collected::default();
     let mut seen = vec![false; gltf.nodes().len()];
     let roots = gltf.default_scene().or_else(|| gltf.scenes().next());
@@ -346,13 +356,15 @@ fn sampled(mut texture: AlphaTexture, info: &gltf::texture::Info<'_>) -> AlphaTe
     texture
 }
 
-fn load_buffers(gltf: &gltf::Gltf, folder: &Path) -> Result<Vec<Vec<u8>>> {
+fn load_buffers(gltf: &Document, blob: Option<&[u8]>, folder: &Path) -> Result<Vec<Vec<u8>>> {
     let load = |buffer: gltf::Buffer<'_>| {
         let bytes = match buffer.source() {
-            gltf::buffer::Source::Bin => gltf
-                .blob
-                .clone()
-                .ok_or_else(|| Error::malformed(Place::Whole, "its bytes are not in the file"))?,
+            // One chunk of bytes, for the first buffer: copies of it could be many.
+            gltf::buffer::Source::Bin => {
+                blob.filter(|_| buffer.index() == 0).map(<[u8]>::to_vec).ok_or_else(|| {
+                    Error::malformed(Place::Whole, "its bytes are not in the file")
+                })?
+            }
             gltf::buffer::Source::Uri(uri) => load_uri(uri, folder)?,
         };
         if bytes.len() < buffer.length() {
@@ -512,6 +524,9 @@ mod tests {
             (r#"{"mesh": 0}"#, r#"{"mesh": 0, "children": [0]}"#),
             (r#"{"mesh": 0}"#, r#"{"children": [1, 1]}, {"mesh": 0}"#),
             (r#"{"mesh": 0}"#, r#"{"mesh": 7}"#),
+            (r#""POSITION": 0"#, r#""POSITION": 3"#),
+            (r#""TEXCOORD_0": 2"#, r#""TEXCOORD_0": 3"#),
+            (r#""indices": 1"#, r#""indices": 3"#),
             (r#"{"mesh": 0}"#, r#"{"mesh": 0, "scale": [1e300, 1, 1]}"#),
             ("octet-stream;base64,", "octet-stream;base64,!"),
             ("data:application/octet-stream;base64,", "http://example.org/"),
