@@ -61,8 +61,8 @@ pub fn mip(
     if map.levels().iter().any(|level| level.view != 0) {
         return refuse("a map of several views has no one pyramid");
     }
-    if [level.x, level.y] != [0, 0] {
-        return refuse("its first pixel is not pixel (0, 0)");
+    if [level.x, level.y] != [0, 0] || map.crop().is_some() {
+        return refuse("it is a part of a map: merge the parts first");
     }
     if level.tile_width != level.tile_height {
         return refuse("its tiles are not square");
