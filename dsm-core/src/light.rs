@@ -18,6 +18,19 @@ pub enum LightShape {
     Sphere,
 }
 
+impl LightShape {
+    /// The shape's name, as scene files and headers spell it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Point => "point",
+            Self::Rectangle => "rectangle",
+            Self::Disk => "disk",
+            Self::Sphere => "sphere",
+        }
+    }
+}
+
 /// The light at a shadow camera's place, as a map keeps it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LightExtent {

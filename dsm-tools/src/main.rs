@@ -2,6 +2,7 @@
 
 mod args;
 mod cmd;
+mod interrupt;
 mod output;
 mod parallel;
 mod points;
@@ -29,7 +30,9 @@ fn main() -> ExitCode {
         }
     };
     let done = match request {
+        Request::Bake(request) => cmd::bake::run(&request),
         Request::Convert(request) => cmd::convert::run(&request),
+        Request::Demo(request) => cmd::demo::run(&request),
         Request::Diff(request) => cmd::diff::run(&request),
         Request::Inspect(request) => cmd::inspect::run(&request),
         Request::Lookup(request) => cmd::lookup::run(&request),

@@ -33,7 +33,7 @@ pub(crate) struct ConvertFlags {
     tolerance: Option<Tolerance>,
     /// How the tiles of a .dsm are packed [default: zstd]
     #[arg(long, value_enum)]
-    block: Option<BlockName>,
+    block: Option<values::BlockName>,
     /// Width and height of tiles, in pixels [default: 64]
     #[arg(long, value_name = "N")]
     #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(1..=4096))]
@@ -56,12 +56,6 @@ pub(crate) struct ConvertFlags {
     /// Show no progress, and print nothing
     #[arg(long)]
     quiet: bool,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum BlockName {
-    None,
-    Zstd,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
@@ -113,10 +107,7 @@ impl ConvertFlags {
         if let Some((switch, _)) = refused.iter().find(|(_, is_given)| *is_given) {
             return Err(format!("{switch} is for .exr outputs"));
         }
-        let block = match self.block {
-            Some(BlockName::None) => Block::Plain,
-            Some(BlockName::Zstd) | None => Block::Zstd,
-        };
+        let block = self.block.map_or(Block::Zstd, Block::from);
         let tile = self.tile.unwrap_or(DEFAULT_TILE);
         let write = WriteOptions::default().with_tile_size(tile).with_block(block);
         Ok(ConvertOptions { tolerance: self.tolerance.unwrap_or_default(), write })

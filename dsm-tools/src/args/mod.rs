@@ -1,6 +1,8 @@
 //! What was typed, and what it asks for.
 
+mod bake;
 mod convert;
+mod demo;
 mod diff;
 mod inspect;
 mod lookup;
@@ -9,20 +11,22 @@ mod mip;
 mod values;
 mod verify;
 
+pub(crate) use bake::Bake;
 pub(crate) use convert::{Convert, ConvertTarget};
+pub(crate) use demo::Demo;
 pub(crate) use diff::Diff;
 pub(crate) use inspect::{Inspect, SliceFile};
 pub(crate) use lookup::{Lookup, Space};
 pub(crate) use merge::Merge;
 pub(crate) use mip::Mip;
-pub(crate) use values::ImageFormat;
+pub(crate) use values::{ImageFile, ImageFormat};
 pub(crate) use verify::Verify;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 
-/// Converts, inspects, looks up, mip-maps, compares, merges and verifies deep
-/// shadow maps.
+/// Bakes, converts, inspects, looks up, mip-maps, compares, merges and verifies
+/// deep shadow maps.
 #[derive(Debug, Parser)]
 #[command(name = "dsm-tools", version)]
 struct Arguments {
@@ -32,7 +36,9 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Bake(bake::BakeFlags),
     Convert(convert::ConvertFlags),
+    Demo(demo::DemoFlags),
     Diff(diff::DiffFlags),
     Inspect(inspect::InspectFlags),
     Lookup(lookup::LookupFlags),
@@ -45,7 +51,9 @@ enum Command {
 /// without opening a file.
 #[derive(Debug)]
 pub(crate) enum Request {
+    Bake(Box<Bake>),
     Convert(Convert),
+    Demo(Demo),
     Diff(Diff),
     Inspect(Inspect),
     Lookup(Lookup),
@@ -58,9 +66,13 @@ impl Request {
     /// Reads the command line.
     pub(crate) fn parse() -> Result<Self, clap::Error> {
         Ok(match Arguments::try_parse()?.command {
+            Command::Bake(flags) => {
+                Self::Bake(Box::new(flags.try_into().map_err(|error| wrong("bake", error))?))
+            }
             Command::Convert(flags) => {
                 Self::Convert(flags.try_into().map_err(|error| wrong("convert", error))?)
             }
+            Command::Demo(flags) => Self::Demo(flags.into()),
             Command::Diff(flags) => Self::Diff(flags.into()),
             Command::Inspect(flags) => Self::Inspect(flags.into()),
             Command::Lookup(flags) => {

@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
 use clap::builder::{PathBufValueParser, RangedU64ValueParser, TypedValueParser};
+use clap::{Args, ValueEnum};
 use dsm_core::Tolerance;
+use dsm_io::Block;
 
 /// How much of the machine a command takes.
 #[derive(Clone, Copy, Debug, Args)]
@@ -13,6 +14,26 @@ pub(crate) struct Effort {
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     pub(crate) threads: Option<usize>,
 }
+
+/// How the tiles of a map are packed.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(super) enum BlockName {
+    None,
+    Zstd,
+}
+
+impl From<BlockName> for Block {
+    fn from(name: BlockName) -> Self {
+        match name {
+            BlockName::None => Self::Plain,
+            BlockName::Zstd => Self::Zstd,
+        }
+    }
+}
+
+/// A tolerance, or none for one that fits the samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct AutoTolerance(pub(super) Option<Tolerance>);
 
 /// The kinds of image that a command can write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,11 +128,35 @@ pub(super) fn scale(text: &str) -> Result<f32, String> {
     })
 }
 
+/// An error bound, or none for one that fits the samples.
+pub(super) fn auto_tolerance(text: &str) -> Result<AutoTolerance, String> {
+    if text.trim() == "auto" {
+        Ok(AutoTolerance(None))
+    } else {
+        tolerance(text).map(Some).map(AutoTolerance)
+    }
+}
+
+/// A width and height in pixels: two numbers, or one for both.
+pub(super) fn resolution(text: &str) -> Result<[u32; 2], String> {
+    let (width, height) = text.split_once('x').unwrap_or((text, text));
+    Ok([natural(width)?, natural(height)?])
+}
+
+/// A part of a map: x₀, y₀, x₁, y₁.
+pub(super) fn crop(text: &str) -> Result<[u32; 4], String> {
+    let edges = text.split(',').map(natural).collect::<Result<Vec<_>, _>>()?;
+    edges.try_into().map_err(|_| "a crop is its four edges: X0,Y0,X1,Y1".to_owned())
+}
+
 /// A pixel: its column and row.
 pub(super) fn pixel(text: &str) -> Result<[u32; 2], String> {
     let (x, y) = text.split_once(',').ok_or("a pixel is its column and row: X,Y")?;
-    let side = |text: &str| text.trim().parse().map_err(|error| format!("\"{text}\": {error}"));
-    Ok([side(x)?, side(y)?])
+    Ok([natural(x)?, natural(y)?])
+}
+
+fn natural(text: &str) -> Result<u32, String> {
+    text.trim().parse().map_err(|error| format!("\"{text}\": {error}"))
 }
 
 fn number(text: &str) -> Result<f32, String> {
@@ -132,6 +177,14 @@ mod tests {
         assert!(tolerance("1").is_err() && tolerance("-1e-9").is_err());
         assert_eq!(scale("0.25"), Ok(0.25));
         assert!(scale("0").is_err() && scale("1.5").is_err() && scale("nan").is_err());
+        assert_eq!(auto_tolerance("auto"), Ok(AutoTolerance(None)));
+        assert_eq!(auto_tolerance("0"), Ok(AutoTolerance(Some(Tolerance::EXACT))));
+        assert!(auto_tolerance("automatic").is_err());
+        assert_eq!(resolution("512"), Ok([512, 512]));
+        assert_eq!(resolution("640x360"), Ok([640, 360]));
+        assert!(resolution("640x").is_err() && resolution("-1").is_err());
+        assert_eq!(crop("0,64,128,192"), Ok([0, 64, 128, 192]));
+        assert!(crop("0,1,2").is_err() && crop("0,1,2,3,4").is_err());
         assert_eq!(pixel("3, 4"), Ok([3, 4]));
         for text in ["3", "3,", "-1,2", "1,2,3", "4294967296,0"] {
             assert!(pixel(text).is_err(), "{text}");

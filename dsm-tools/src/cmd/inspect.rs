@@ -4,10 +4,10 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use dsm_core::{DeepMap, Rgb, Transmittance, VisibilityFunction};
+use dsm_core::{DeepMap, Rgb, Transmittance, VisibilityFunction, VisibilityView};
 use dsm_io::{AnyDeepMap, Limits, MapReader, TileId};
 
-use crate::args::{ImageFormat, Inspect, SliceFile};
+use crate::args::{ImageFile, ImageFormat, Inspect, SliceFile};
 use crate::output::plot;
 use crate::output::slice::Slice;
 use crate::output::summary::{PixelSummary, Summary};
@@ -52,13 +52,22 @@ fn inspect_pixel<T: Transmittance>(
         let vertices = function.view().len();
         let of_level = if level == 0 { String::new() } else { format!(" of level {level}") };
         let title = format!("{name}, pixel ({x}, {y}){of_level}, {vertices} vertices");
-        let drawn = match file.format {
-            ImageFormat::Svg => plot::svg(function.view(), &title)?.into_bytes(),
-            _ => plot::png(function.view(), &title)?,
-        };
-        write_file(&file.path, &drawn)?;
+        plot_pixel(function.view(), &title, file)?;
     }
     Ok(PixelSummary::new(level, [x, y], function.view()))
+}
+
+/// Plots a pixel's function.
+pub(crate) fn plot_pixel<T: Transmittance>(
+    function: VisibilityView<'_, T>,
+    title: &str,
+    file: &ImageFile,
+) -> Result<()> {
+    let drawn = match file.format {
+        ImageFormat::Svg => plot::svg(function, title)?.into_bytes(),
+        _ => plot::png(function, title)?,
+    };
+    write_file(&file.path, &drawn)
 }
 
 fn read_pixel<T: Transmittance>(
@@ -80,7 +89,8 @@ fn read_pixel<T: Transmittance>(
     Ok(tile.view().pixel(x - rect.x, y - rect.y).to_function())
 }
 
-fn write_slice<T: Transmittance>(map: &DeepMap<T>, file: &SliceFile) -> Result<()> {
+/// Draws the light that is left at a depth.
+pub(crate) fn write_slice<T: Transmittance>(map: &DeepMap<T>, file: &SliceFile) -> Result<()> {
     let slice = Slice::new(map, file.depth)?;
     let encoded = match file.image.format {
         ImageFormat::Exr => slice.exr(map.info())?,

@@ -1,6 +1,8 @@
 //! The commands: what each does, once it is known what is asked.
 
+pub(crate) mod bake;
 pub(crate) mod convert;
+pub(crate) mod demo;
 pub(crate) mod diff;
 pub(crate) mod inspect;
 pub(crate) mod lookup;

@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
-use dsm_core::{DepthKind, Filter, PixelWindow, ShadowCamera, Transmittance, VisibilityView};
+use dsm_core::{
+    DepthKind, Filter, LightExtent, PixelWindow, ShadowCamera, Transmittance, VisibilityView,
+};
 use dsm_io::{Attribute, Block, Codec, Level, MapReader, TileDirectory, TileEntry};
 use serde::Serialize;
 
@@ -133,6 +135,9 @@ impl<'a> Summary<'a> {
         }
         if let Some(filter) = self.filter {
             line("filter", format!("{}, {} pixels wide", filter.shape().name(), filter.width()))?;
+        }
+        if let Some(LightExtent { shape, size: [width, height] }) = self.light {
+            line("light", format!("{}, {width} × {height}", shape.name()))?;
         }
         let kind = match self.depth.kind {
             DepthKind::Planar => "planar",

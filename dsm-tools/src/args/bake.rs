@@ -1,0 +1,134 @@
+//! The switches of `bake`.
+
+use std::path::PathBuf;
+
+use clap::builder::RangedU64ValueParser;
+use clap::{Args, ValueEnum};
+use dsm_core::{BakeSettings, Filter, FilterShape, PixelSampling};
+use dsm_io::{BakeOptions, PyramidOptions};
+
+use super::values::{self, Effort};
+
+/// Bakes the shadow map of a scene's light
+///
+/// SCENE is a scene file (.toml), a model (.obj, .ply, .gltf, .glb, .hair,
+/// .vdb) that is looked at from a light of its own, or builtin:NAME.
+#[derive(Debug, Args)]
+pub(crate) struct BakeFlags {
+    /// A scene file, a model, or builtin:NAME
+    #[arg(value_name = "SCENE")]
+    scene: PathBuf,
+    /// The map to write
+    #[arg(short, long = "output", value_name = "MAP.dsm", value_parser = values::dsm_file())]
+    output: PathBuf,
+    /// What kind of map
+    #[arg(long, value_enum, default_value = "deep")]
+    kind: KindName,
+    /// Width and height of the map in pixels; one number: a square
+    #[arg(long, value_name = "W[xH]", default_value = "512", value_parser = values::resolution)]
+    resolution: [u32; 2],
+    /// Samples a pixel
+    #[arg(long, value_name = "N", default_value = "16")]
+    #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(1..=4096))]
+    samples: u32,
+    /// The pixel filter
+    #[arg(long, value_enum, default_value = "box")]
+    filter: ShapeName,
+    /// The full width of the pixel filter, in pixels [default: 1, of a tent 2]
+    #[arg(long, value_name = "PIXELS", value_parser = values::finite)]
+    filter_width: Option<f32>,
+    /// How far the light may be off at any depth, in [0, 1); auto is
+    /// 0.25/√N for the N samples under the filter
+    #[arg(long, value_name = "auto|E", default_value = "auto", allow_negative_numbers = true)]
+    #[arg(value_parser = values::auto_tolerance)]
+    tolerance: values::AutoTolerance,
+    /// Whether the light has a colour; auto: if anything in the scene has
+    #[arg(long, value_enum, default_value = "auto")]
+    channels: ChannelsName,
+    /// How the tiles are packed
+    #[arg(long, value_enum, default_value = "zstd")]
+    block: values::BlockName,
+    /// Width and height of a tile, in pixels
+    #[arg(long, value_name = "N", default_value = "64")]
+    #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(1..=4096))]
+    tile: u32,
+    /// Bake the mip levels too, each from what was not compressed
+    #[arg(long)]
+    mip: bool,
+    /// Bake these pixels only, half-open, on borders of tiles; `merge` puts
+    /// such maps together
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = values::crop)]
+    #[arg(conflicts_with = "mip")]
+    crop: Option<[u32; 4]>,
+    /// Where the samples lie is a function of this and of the pixel
+    #[arg(long, value_name = "N", default_value = "0")]
+    seed: u64,
+    #[command(flatten)]
+    effort: Effort,
+    /// Show no progress, and print nothing
+    #[arg(long)]
+    quiet: bool,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum KindName {
+    Deep,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum ShapeName {
+    Box,
+    Tent,
+    Gaussian,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum ChannelsName {
+    Auto,
+    Mono,
+    Rgb,
+}
+
+/// What `bake` was asked.
+#[derive(Debug)]
+pub(crate) struct Bake {
+    pub(crate) scene: PathBuf,
+    pub(crate) output: PathBuf,
+    pub(crate) settings: BakeSettings,
+    /// Whether the map has colours; none: if the scene has.
+    pub(crate) coloured: Option<bool>,
+    pub(crate) options: BakeOptions,
+    pub(crate) seed: u64,
+    pub(crate) effort: Effort,
+    pub(crate) quiet: bool,
+}
+
+impl TryFrom<BakeFlags> for Bake {
+    type Error = String;
+
+    fn try_from(flags: BakeFlags) -> Result<Self, String> {
+        let KindName::Deep = flags.kind;
+        let shape = match flags.filter {
+            ShapeName::Box => FilterShape::Box,
+            ShapeName::Tent => FilterShape::Tent,
+            ShapeName::Gaussian => FilterShape::Gaussian,
+        };
+        let text = |error: dsm_core::Error| error.to_string();
+        let width = flags.filter_width.unwrap_or(shape.minimum_width());
+        let mut settings = BakeSettings::new(flags.resolution).map_err(text)?;
+        settings.tile_size = flags.tile;
+        settings.crop = flags.crop;
+        settings.sampling = PixelSampling::new(flags.samples, flags.seed).map_err(text)?;
+        settings.filter = Filter::new(shape, width).map_err(text)?;
+        settings.tolerance = flags.tolerance.0;
+        let coloured = match flags.channels {
+            ChannelsName::Auto => None,
+            ChannelsName::Mono => Some(false),
+            ChannelsName::Rgb => Some(true),
+        };
+        let pyramid = flags.mip.then(PyramidOptions::default);
+        let options = BakeOptions::default().with_block(flags.block.into()).with_pyramid(pyramid);
+        let BakeFlags { scene, output, seed, effort, quiet, .. } = flags;
+        Ok(Self { scene, output, settings, coloured, options, seed, effort, quiet })
+    }
+}

@@ -1,0 +1,33 @@
+//! The switches of `demo`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+/// Shows what the program does: bakes a ball of hair and looks into the map
+///
+/// Bakes builtin:hairball, adds the mip levels, verifies the file, plots a
+/// pixel and draws the light that is left half way through, and says how long
+/// each step took.
+#[derive(Debug, Args)]
+pub(crate) struct DemoFlags {
+    /// The folder to write to; made if it is not there
+    #[arg(long, value_name = "DIR", default_value = "demo")]
+    out: PathBuf,
+    /// Show no progress, and print nothing
+    #[arg(long)]
+    quiet: bool,
+}
+
+/// What `demo` was asked.
+#[derive(Debug)]
+pub(crate) struct Demo {
+    pub(crate) folder: PathBuf,
+    pub(crate) quiet: bool,
+}
+
+impl From<DemoFlags> for Demo {
+    fn from(DemoFlags { out, quiet }: DemoFlags) -> Self {
+        Self { folder: out, quiet }
+    }
+}

@@ -1,0 +1,117 @@
+//! `demo`: all the way from a scene to pictures.
+
+use std::fs;
+use std::io::{self, Write};
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+use dsm_core::{BakeSettings, DeepMap};
+use dsm_io::{BakeOptions, Limits, MapReader, PyramidOptions, mip};
+use dsm_scene::builtin_scene;
+
+use super::bake::BakeJob;
+use super::inspect::{plot_pixel, write_slice};
+use crate::args::{Demo, ImageFile, ImageFormat, SliceFile};
+use crate::output::{printable, progress};
+use crate::parallel::with_threads;
+
+/// Width and height of the map.
+const RESOLUTION: u32 = 512;
+
+pub(crate) fn run(request: &Demo) -> Result<()> {
+    with_threads(None, || Demonstration { request, step: Instant::now() }.run())
+}
+
+/// The steps, and when the current one began.
+struct Demonstration<'a> {
+    request: &'a Demo,
+    step: Instant,
+}
+
+impl Demonstration<'_> {
+    fn run(mut self) -> Result<()> {
+        let folder = &self.request.folder;
+        fs::create_dir_all(folder)
+            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+        let path = |name: &str| folder.join(name);
+        let quiet = self.request.quiet;
+
+        let scene = builtin_scene("hairball")?;
+        self.say("scene", "50,000 curly hairs on a ball over a floor")?;
+
+        let map_path = path("hairball.dsm");
+        let job = BakeJob {
+            scene: &scene,
+            name: "builtin:hairball",
+            settings: BakeSettings::new([RESOLUTION; 2])?,
+            coloured: None,
+            options: BakeOptions::default(),
+            seed: 0,
+            quiet,
+        };
+        let report = job.run(&map_path)?;
+        let map = MapReader::open(&map_path, &Limits::default())?;
+        let level = map.levels()[0];
+        let vertices = map.directory(0)?.iter().map(|(_, entry)| entry.vertex_count).sum::<u64>();
+        let pixels = level.pixel_count() as f64;
+        self.say(
+            "bake",
+            &format!(
+                "{RESOLUTION} × {RESOLUTION} pixels, {} samples with {} hits into {:.1} vertices a \
+                 pixel, off by {:.4} at most",
+                job.samples(),
+                report.hits,
+                vertices as f64 / pixels,
+                level.error.max
+            ),
+        )?;
+
+        let bar = progress::bar(0, "averaging".to_owned(), quiet);
+        mip(&map, &map_path, &PyramidOptions::default(), |done, tiles| {
+            bar.set_length(tiles);
+            bar.set_position(done);
+        })?;
+        bar.finish_and_clear();
+        drop(map);
+        let map = MapReader::open(&map_path, &Limits::default())?;
+        let bytes = map.container().file_length();
+        self.say("mip", &format!("{} levels, {bytes} bytes", map.levels().len()))?;
+
+        if let Some(error) = map.verify().first() {
+            bail!("verifying: {error}");
+        }
+        self.say("verify", "every checksum and every function is as it must be")?;
+
+        let deep = map.read_map::<f32>(0)?;
+        let [x, y] = busiest_pixel(&deep);
+        let file = ImageFile { path: path("pixel.png"), format: ImageFormat::Png };
+        plot_pixel(deep.pixel(x, y), &format!("hairball.dsm, pixel ({x}, {y})"), &file)?;
+        let what = format!("{}: the light along pixel ({x}, {y})", file.path.display());
+        self.say("plot", &what)?;
+
+        let view = scene.light.view;
+        let depth = (view.target - view.eye).length() as f32;
+        let image = ImageFile { path: path("shadow.png"), format: ImageFormat::Png };
+        let what = format!("{}: the light left at depth {depth}", image.path.display());
+        write_slice(&deep, &SliceFile { depth, image })?;
+        self.say("slice", &what)
+    }
+
+    /// Ends a step: how long it took and what came of it.
+    fn say(&mut self, name: &str, what: &str) -> Result<()> {
+        let seconds = self.step.elapsed().as_secs_f64();
+        self.step = Instant::now();
+        if self.request.quiet {
+            return Ok(());
+        }
+        let line = format!("{name:<7}{seconds:>6.2} s  {}\n", printable(what));
+        Ok(io::stdout().write_all(line.as_bytes())?)
+    }
+}
+
+/// The pixel with the most vertices; of several the first.
+fn busiest_pixel(map: &DeepMap<f32>) -> [u32; 2] {
+    let view = map.pixels().view();
+    let pixels = (0..view.height()).flat_map(|y| (0..view.width()).map(move |x| [x, y]));
+    pixels.rev().max_by_key(|&[x, y]| view.pixel(x, y).len()).unwrap_or_default()
+}
