@@ -3,6 +3,7 @@
 
 #![cfg(test)]
 
+mod bake;
 mod convert;
 mod diff;
 mod disk;
