@@ -4,7 +4,10 @@ use std::ops::{ControlFlow, Range};
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use dsm_core::{BakeProgress, BakedTile, Baker, HitSource, SumVertex, Transmittance};
+use dsm_core::{
+    BakeProgress, BakeSettings, BakedTile, Baker, End, ExactPixel, GreedyCompressor, HitSource,
+    MipPyramid, SumVertex, Tolerance, Transmittance, Vertex, VisibilityDifference,
+};
 
 use crate::pyramid::{PixelFunctions, PyramidSource, SourceTile, build_pyramid};
 use crate::{
@@ -64,7 +67,10 @@ pub struct BakeReport {
 ///
 /// With a pyramid, every level is averaged from the functions before their
 /// compression, as far as they lie in one tile, and keeps a tolerance of its
-/// own ([`build_pyramid`]); level 0 has the same tiles without one.
+/// own ([`build_pyramid`]); level 0 has the same tiles without one. Where there
+/// are media, a coarse level's tolerance may be less than what level 0's chords
+/// miss exponentials by: such tiles are baked twice, for level 0 and, with finer
+/// chords, for the others.
 ///
 /// The same settings and source give the same bytes, whatever the number of
 /// threads. Memory: that of [`Baker::run`] or of [`build_pyramid`], which holds
@@ -109,7 +115,15 @@ where
         }
         Some(pyramid) => {
             let tiles = settings.tile_count();
-            let source = Exact { baker, watch, tiles, begun: 0.into(), hits: 0.into() };
+            let source = Exact {
+                baker,
+                options,
+                coarse: CoarseError::new(settings, pyramid),
+                watch,
+                tiles,
+                begun: 0.into(),
+                hits: 0.into(),
+            };
             build_pyramid(&source, &mut writer, pyramid, |_, _| ())?;
             source.hits.into_inner()
         }
@@ -131,9 +145,7 @@ where
     let first = [left, top].map(|pixel| pixel / baker.settings().tile_size);
     let mut hits = 0;
     let encode = |tile: BakedTile<T>| {
-        let encoded = EncodedTile::encode(tile.pixels().view(), options.codec, options.block)
-            .map_err(Failed::Write)?;
-        let achieved = AchievedError::enclosing(tile.max_error(), tile.mean_error());
+        let (encoded, achieved) = encode(&tile, options).map_err(Failed::Write)?;
         Ok((tile.tile(), encoded, achieved, tile.hits()))
     };
     let sink = |([x, y], encoded, achieved, found): ([u32; 2], _, _, u64)| {
@@ -147,6 +159,15 @@ where
         Err(Failed::Write(error)) => Err(error),
         Err(Failed::Source(error)) => Err(Error::HitSource(Box::new(error))),
     }
+}
+
+/// A baked tile as it is written.
+fn encode<T: Transmittance>(
+    tile: &BakedTile<T>,
+    options: &BakeOptions,
+) -> Result<(EncodedTile, AchievedError)> {
+    let encoded = EncodedTile::encode(tile.pixels().view(), options.codec, options.block)?;
+    Ok((encoded, AchievedError::enclosing(tile.max_error(), tile.mean_error())))
 }
 
 /// Who could not go on.
@@ -164,18 +185,59 @@ impl<E> From<E> for Failed<E> {
 /// A baker's functions before compression.
 struct Exact<'a, T: Transmittance, S, W> {
     baker: &'a Baker<T, S>,
+    options: &'a BakeOptions,
+    coarse: Option<CoarseError>,
     watch: W,
     tiles: u64,
     begun: AtomicU64,
     hits: AtomicU64,
 }
 
+/// What media may be off where coarse levels average them, because level 0's
+/// chords are too long for that: in all a thirty-second of the least tolerance,
+/// half of it for chords.
+#[derive(Clone, Copy)]
+struct CoarseError {
+    chord: f64,
+    joined: Tolerance,
+}
+
+impl CoarseError {
+    fn new(settings: &BakeSettings, pyramid: &PyramidOptions) -> Option<Self> {
+        let [width, height] = settings.size;
+        let top = MipPyramid::new(width, height).finest(pyramid.levels).level_count() - 1;
+        let least = settings.tolerance().of_level(top, pyramid.tolerance_scale);
+        let half = f64::from(least.epsilon()) / 64.0;
+        let chord = half.max(Tolerance::CHORD_FLOOR);
+        let is_finer = top > 0 && chord < settings.tolerance().chord();
+        is_finer.then(|| Self { chord, joined: least.after(f64::from(least.epsilon()) - half) })
+    }
+}
+
 /// The uncompressed functions of a tile.
 struct ExactTile<T: Transmittance> {
     vertices: Vec<SumVertex<T>>,
-    /// Each pixel's vertices, row by row, and whether chords stand for curves.
-    pixels: Vec<(Range<usize>, bool)>,
-    chord_error: f64,
+    /// Each pixel's vertices, row by row, and what they are off.
+    pixels: Vec<(Range<usize>, f64)>,
+}
+
+impl<T: Transmittance> ExactTile<T> {
+    /// Joins chords of the vertices from `start` on that are shorter than
+    /// they need to be; returns the error of that.
+    fn join_chords(&mut self, start: usize, tolerance: Tolerance) -> f64 {
+        let exact = &self.vertices[start..];
+        let Some(last) = exact.last() else { return 0.0 };
+        let mut joined: Vec<SumVertex<T>> = Vec::new();
+        let mut compressor = GreedyCompressor::new(tolerance, End::Known(last.value));
+        let mut emit =
+            |vertex: Vertex<T>| joined.push(Vertex::new(vertex.z, vertex.value.to_sum()));
+        compressor.push_all(exact, &mut emit);
+        compressor.finish(&mut emit);
+        let error = VisibilityDifference::between(exact, joined.as_slice()).max();
+        self.vertices.truncate(start);
+        self.vertices.append(&mut joined);
+        error
+    }
 }
 
 impl<T: Transmittance> PixelFunctions<T> for ExactTile<T> {
@@ -189,7 +251,7 @@ impl<T: Transmittance> PixelFunctions<T> for ExactTile<T> {
     }
 
     fn error(&self, pixel: usize) -> f64 {
-        if self.pixels[pixel].1 { self.chord_error } else { 0.0 }
+        self.pixels[pixel].1
     }
 }
 
@@ -214,20 +276,33 @@ where
         let first = [id.x, id.y].map(|index| index * settings.tile_size);
         let [width, height] =
             [0, 1].map(|axis| (settings.size[axis] - first[axis]).min(settings.tile_size));
-        let mut tile = ExactTile {
-            vertices: Vec::new(),
-            pixels: vec![(0..0, false); width as usize * height as usize],
-            chord_error: settings.tolerance().chord(),
-        };
-        let hits = self.baker.exact_tile([id.x, id.y], |pixel| {
+        let pixels = vec![(0..0, 0.0); width as usize * height as usize];
+        let mut tile = ExactTile { vertices: Vec::new(), pixels };
+        let chord = self.coarse.map_or(settings.tolerance().chord(), |coarse| coarse.chord);
+        let mut is_curved = false;
+        let visit = |pixel: ExactPixel<'_, T>| {
             let start = tile.vertices.len();
             tile.vertices.extend_from_slice(pixel.vertices());
+            let mut error = if pixel.is_curved() { chord } else { 0.0 };
+            if let Some(coarse) = self.coarse.filter(|_| pixel.is_curved()) {
+                error += tile.join_chords(start, coarse.joined);
+            }
+            is_curved |= pixel.is_curved();
             let [x, y] = [0, 1].map(|axis| (pixel.pixel()[axis] - first[axis]) as usize);
-            tile.pixels[y * width as usize + x] = (start..tile.vertices.len(), pixel.is_curved());
-        });
-        let hits = hits.map_err(|error| Error::HitSource(Box::new(error)))?;
+            tile.pixels[y * width as usize + x] = (start..tile.vertices.len(), error);
+        };
+        let failed = |error| Error::HitSource(Box::new(error));
+        let hits = self.baker.exact_tile_within([id.x, id.y], chord, visit).map_err(failed)?;
+        // Level 0's own chords are as long as they are without other levels.
+        let stored = match self.coarse {
+            Some(_) if is_curved => {
+                let tile = self.baker.tile([id.x, id.y]).map_err(failed)?;
+                Some(encode(&tile, self.options)?)
+            }
+            _ => None,
+        };
         self.hits.fetch_add(hits, Ordering::Relaxed);
         let functions = (!tile.vertices.is_empty()).then_some(tile);
-        Ok(SourceTile { functions, stored: None })
+        Ok(SourceTile { functions, stored })
     }
 }

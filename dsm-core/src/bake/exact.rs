@@ -34,7 +34,8 @@ impl<'a, T: Transmittance> ExactPixel<'a, T> {
     }
 
     /// Whether chords stand for exponentials, so that the function is off by
-    /// up to [`Tolerance::chord`](crate::Tolerance::chord) already.
+    /// up to the chord error already: [`Tolerance::chord`](crate::Tolerance::chord)
+    /// unless another was asked for.
     #[must_use]
     pub const fn is_curved(&self) -> bool {
         self.curved
@@ -66,6 +67,14 @@ impl<T: Transmittance> ExactBaker<T> {
             surfaces: SurfaceSweep::default(),
             media: Media::new(settings),
             vertices: Vec::new(),
+        }
+    }
+
+    /// Has chords miss exponentials by at most `chord_error` from now on.
+    pub(super) fn set_chord_error(&mut self, chord_error: f64) {
+        if self.media.chord_error != chord_error {
+            self.media.chord_error = chord_error;
+            self.media.builder = TransmittanceBuilder::new(chord_error);
         }
     }
 
@@ -127,6 +136,7 @@ impl<T: Transmittance> ExactBaker<T> {
 /// Sums up pixels that meet media, from the functions of their samples.
 #[derive(Debug)]
 struct Media<T: Transmittance> {
+    chord_error: f64,
     builder: TransmittanceBuilder<T>,
     sweep: VisibilitySweep<T>,
     ray: RayHits<T>,
@@ -141,8 +151,10 @@ struct Media<T: Transmittance> {
 
 impl<T: Transmittance> Media<T> {
     fn new(settings: &BakeSettings) -> Self {
+        let chord_error = settings.tolerance().chord();
         Self {
-            builder: TransmittanceBuilder::new(settings.tolerance().chord()),
+            chord_error,
+            builder: TransmittanceBuilder::new(chord_error),
             sweep: VisibilitySweep::default(),
             ray: RayHits::default(),
             functions: Vec::new(),

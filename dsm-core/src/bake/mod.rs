@@ -129,6 +129,22 @@ impl<T: Transmittance, S: HitSource<T>> Baker<T, S> {
     pub fn exact_tile(
         &self,
         tile: [u32; 2],
+        visit: impl FnMut(ExactPixel<'_, T>),
+    ) -> std::result::Result<u64, S::Error> {
+        self.exact_tile_within(tile, self.settings.tolerance().chord(), visit)
+    }
+
+    /// The same with chords that miss the exponentials of media by at most
+    /// `chord_error`, or [`Tolerance::CHORD_FLOOR`](crate::Tolerance::CHORD_FLOOR)
+    /// if that is more.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::exact_tile`].
+    pub fn exact_tile_within(
+        &self,
+        tile: [u32; 2],
+        chord_error: f64,
         mut visit: impl FnMut(ExactPixel<'_, T>),
     ) -> std::result::Result<u64, S::Error> {
         let block = self.settings.tile_pixels(tile);
@@ -138,6 +154,7 @@ impl<T: Transmittance, S: HitSource<T>> Baker<T, S> {
         }
         let spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let mut baker = spare.unwrap_or_else(|| ExactBaker::new(&self.settings, self.camera));
+        baker.set_chord_error(chord_error);
         let mut hits = 0;
         let baked = block.split(&self.settings, &mut |block| {
             hits += baker.run(&self.source, &self.settings, block, &mut visit)?;
