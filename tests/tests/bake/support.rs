@@ -1,0 +1,109 @@
+//! What the tests share: scenes that are ready, and how they are baked.
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use dsm_core::{BakeSettings, Baker, DeepMap, HitSource, Transmittance};
+use dsm_io::{BakeOptions, BakeReport, Limits, MapReader};
+use dsm_scene::{Error, Scene, SceneHitSource, TracedScene, ViewRaster, open_scene};
+
+/// Whether `DSM_LONG_TESTS` asks for all queries.
+pub(crate) fn is_long() -> bool {
+    std::env::var_os("DSM_LONG_TESTS").is_some_and(|value| value == "1")
+}
+
+/// A real file, or `None` with a note where there are none.
+pub(crate) fn real_file(name: &str) -> Option<PathBuf> {
+    let path = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data")).join(name);
+    if path.exists() {
+        return Some(path.canonicalize().unwrap());
+    }
+    println!("SKIPPED: {} is not there", path.display());
+    None
+}
+
+/// Writes a scene file with these contents and opens it. Its models lie in
+/// `folder`, or have absolute paths.
+pub(crate) fn scene_file(folder: &Path, text: &str) -> Stage {
+    let path = folder.join("scene.toml");
+    std::fs::write(&path, text).unwrap();
+    Stage::new(open_scene(&path).unwrap())
+}
+
+/// A scene that is ready to be baked.
+pub(crate) struct Stage {
+    pub(crate) scene: Scene,
+    pub(crate) traced: TracedScene,
+}
+
+impl Stage {
+    pub(crate) fn new(scene: Scene) -> Self {
+        let traced = TracedScene::new(&scene).unwrap();
+        Self { scene, traced }
+    }
+
+    pub(crate) fn builtin(name: &str) -> Self {
+        Self::new(open_scene(format!("builtin:{name}").as_ref()).unwrap())
+    }
+
+    pub(crate) fn raster(&self, size: [u32; 2]) -> ViewRaster {
+        self.scene.light.raster(size).unwrap()
+    }
+
+    /// A whole map of `size` pixels with 16 samples each.
+    pub(crate) fn settings(&self, size: [u32; 2]) -> BakeSettings {
+        let camera = Some(self.raster(size).shadow_camera());
+        BakeSettings { camera, ..BakeSettings::new(size).unwrap() }
+    }
+
+    pub(crate) fn baker<T: Transmittance>(
+        &self,
+        settings: &BakeSettings,
+    ) -> Baker<T, impl HitSource<T, Error = Error> + '_> {
+        let source = SceneHitSource::new(&self.traced, self.raster(settings.size));
+        Baker::new(source, settings.clone()).unwrap()
+    }
+
+    /// Bakes into the file `path`.
+    pub(crate) fn bake_as<T: Transmittance>(
+        &self,
+        settings: &BakeSettings,
+        options: &BakeOptions,
+        path: &Path,
+    ) -> BakeReport {
+        let never = |_| ControlFlow::Continue(());
+        dsm_io::bake(&self.baker::<T>(settings), path, options, |_| (), never).unwrap()
+    }
+
+    /// Bakes into a file, which has to be sound, and reads it.
+    pub(crate) fn bake<T: Transmittance>(&self, settings: &BakeSettings) -> DeepMap<T> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("map.dsm");
+        let report = self.bake_as::<T>(settings, &BakeOptions::default(), &path);
+        assert_eq!(report.bytes, path.metadata().unwrap().len());
+        open(&path).read_map(0).unwrap()
+    }
+}
+
+/// Opens a file that has to be sound.
+pub(crate) fn open(path: &Path) -> MapReader {
+    let reader = MapReader::open(path, &Limits::default()).unwrap();
+    assert!(reader.verify().is_empty(), "{:?}", reader.verify());
+    reader
+}
+
+/// Numbers in [0, 1), the same in every run.
+pub(crate) struct Random(pub(crate) u64);
+
+impl Random {
+    pub(crate) fn next(&mut self) -> f64 {
+        // A linear congruential generator by Knuth; its high bits are good.
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    pub(crate) fn below(&mut self, end: usize) -> usize {
+        (self.next() * end as f64) as usize
+    }
+}
