@@ -130,6 +130,11 @@ impl Alpha {
         }
     }
 
+    /// Whether the opacity is the same everywhere.
+    pub(crate) fn is_even(&self) -> bool {
+        self.texture.is_none() || self.mode == AlphaMode::Opaque
+    }
+
     /// The opacity at `uv`, in [0, 1].
     #[must_use]
     pub fn opacity(&self, uv: Vec2) -> f32 {

@@ -136,6 +136,12 @@ impl Curves {
         }
     }
 
+    /// The opacity of all strands, if it is the same everywhere.
+    pub(crate) fn even_opacity(&self) -> Option<f32> {
+        let first = self.opacities.first().copied().unwrap_or(1.0);
+        self.opacities.iter().all(|&opacity| opacity == first).then_some(first)
+    }
+
     /// The box around all strands, as thick as they are.
     #[must_use]
     pub fn bounds(&self) -> Bounds {

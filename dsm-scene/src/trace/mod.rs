@@ -8,4 +8,5 @@ mod traced_scene;
 mod triangle;
 
 pub use ray::Ray;
+pub(crate) use traced_scene::scaled;
 pub use traced_scene::{TracedScene, Tracer};

@@ -256,7 +256,7 @@ impl Tracer<'_> {
 }
 
 /// A scene's colour in a map's channels: the mean of three in one.
-fn scaled<T: Transmittance>(colour: Rgb, factor: f32) -> T {
+pub(crate) fn scaled<T: Transmittance>(colour: Rgb, factor: f32) -> T {
     if T::CHANNELS == Rgb::CHANNELS {
         T::from_channels(|channel| colour.channel(channel) * factor)
     } else if colour.is_mono() {

@@ -1,0 +1,149 @@
+//! Naive `f64` answers, and cameras to ask them of.
+
+use dsm_core::{SamplePoint, ShadowCamera};
+use glam::{DMat2, DVec2, DVec3, Mat4, Vec3, Vec4};
+
+use super::segment::Segment;
+
+/// A perspective camera that looks down −z: its angle from side to side, in
+/// degrees, and the width of its map over the height.
+pub(super) fn perspective(degrees: f32, aspect: f32) -> ShadowCamera {
+    let half = (degrees.to_radians() / 2.0).tan();
+    camera(Mat4::from_cols(
+        Vec4::new(0.5 / half, 0.0, 0.0, 0.0),
+        Vec4::new(0.0, -0.5 * aspect / half, 0.0, 0.0),
+        Vec4::new(-0.5, -0.5, 1.0, -1.0),
+        Vec4::ZERO,
+    ))
+}
+
+/// An orthographic one: the width of its view.
+pub(super) fn orthographic(width: f32, aspect: f32) -> ShadowCamera {
+    camera(Mat4::from_cols(
+        Vec4::new(1.0 / width, 0.0, 0.0, 0.0),
+        Vec4::new(0.0, -aspect / width, 0.0, 0.0),
+        Vec4::Z,
+        Vec4::new(0.5, 0.5, 0.0, 1.0),
+    ))
+}
+
+fn camera(projection: Mat4) -> ShadowCamera {
+    ShadowCamera { world_to_camera: Some(Mat4::IDENTITY), world_to_ndc: Some(projection) }
+}
+
+/// The same camera elsewhere in the world.
+pub(super) fn placed(camera: ShadowCamera, view: Mat4) -> ShadowCamera {
+    let placed = |matrix: Option<Mat4>| matrix.map(|matrix| matrix * view);
+    ShadowCamera {
+        world_to_camera: placed(camera.world_to_camera),
+        world_to_ndc: placed(camera.world_to_ndc),
+    }
+}
+
+/// A ray in camera space: a point, and a direction that gains 1 in depth.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ray {
+    start: DVec3,
+    direction: DVec3,
+}
+
+impl Ray {
+    /// The ray through a sample point of a map of `size` pixels.
+    pub(super) fn new(camera: &ShadowCamera, size: [u32; 2], point: SamplePoint) -> Self {
+        let to_camera = camera.world_to_camera.unwrap().as_dmat4();
+        let projection = camera.world_to_ndc.unwrap().as_dmat4() * to_camera.inverse();
+        let ndc = DVec2::new(point.x, point.y) / DVec2::from(size.map(f64::from));
+        // Where both planes of the point meet a plane of constant depth.
+        let at = |depth: f64| {
+            let planes = [0, 1].map(|axis| projection.row(axis) - projection.row(3) * ndc[axis]);
+            let rows = DMat2::from_cols_array_2d(&planes.map(|plane| [plane.x, plane.y]));
+            let rest = DVec2::from(planes.map(|plane| depth * plane.z - plane.w));
+            (rows.transpose().inverse() * rest).extend(-depth)
+        };
+        let (start, next) = (at(0.0), at(1.0));
+        Self { start, direction: next - start }
+    }
+
+    /// From the ray to a point, in the point's plane of constant depth.
+    fn to(&self, point: DVec3) -> DVec2 {
+        (point - self.start + self.direction * point.z).truncate()
+    }
+}
+
+/// What a ray does to a primitive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Met {
+    /// At this depth, give or take that much.
+    Yes(f64, f64),
+    No,
+    /// It comes so close that rounding decides.
+    Perhaps,
+}
+
+/// `Met`, of a margin that decides (positive: yes) and what rounding may do to
+/// it, and of a depth.
+fn met(margin: f64, rounding: f64, depth: f64, blur: f64) -> Met {
+    if margin.is_nan() || margin < -rounding {
+        Met::No
+    } else if margin <= rounding || depth.abs() <= blur {
+        Met::Perhaps
+    } else if depth > 0.0 {
+        Met::Yes(depth, blur)
+    } else {
+        Met::No
+    }
+}
+
+fn lerp(keys: [Vec3; 2], time: f32) -> DVec3 {
+    let [open, close] = keys.map(|key| key.as_dvec3());
+    open + (close - open) * f64::from(time)
+}
+
+/// A ray against a segment: where the two lines come closest.
+pub(super) fn segment(ray: &Ray, keys: &[Segment; 2], time: f32) -> Met {
+    let [a, b] = [0, 1].map(|end| lerp(keys.map(|key| key.ends[end]), time));
+    let [thick, thin] = [0, 1].map(|end| {
+        let [open, close] = keys.map(|key| f64::from(key.radii[end]));
+        open + (close - open) * f64::from(time)
+    });
+    let unit = ray.direction.normalize();
+    let across = |vector: DVec3| vector - unit * vector.dot(unit);
+    let (first, along) = (across(a - ray.start), across(b - a));
+    let nearest = -first.dot(along) / along.length_squared();
+    let nearest = if nearest.is_nan() { 0.0 } else { nearest.clamp(0.0, 1.0) };
+    let distance = (first + along * nearest).length();
+    let radius = thick + (thin - thick) * nearest;
+    let on_ray = (a + (b - a) * nearest - ray.start).dot(unit);
+    let depth = -(ray.start + unit * on_ray).z;
+    // What moves is rounded where it was, too.
+    let moved = (0..2).map(|end| keys[0].ends[end].distance(keys[1].ends[end]));
+    let moved = f64::from(moved.fold(0.0, f32::max));
+    let size = first.length() + along.length() + moved;
+    let rounding = 1e-6 * (radius + size);
+    // Of a segment along the ray, hardly a point is nearer than the others.
+    let sliding = (2e-6 * size / along.length()).min(1.0) * (b - a).length();
+    let blur = 1e-5 * depth.abs() + 1e-6 * size + sliding;
+    met(if radius > 0.0 { radius - distance } else { f64::NAN }, rounding, depth, blur)
+}
+
+/// A ray against a triangle.
+pub(super) fn triangle(ray: &Ray, keys: &[[Vec3; 3]; 2], time: f32) -> Met {
+    let corners = [0, 1, 2].map(|corner| lerp(keys.map(|key| key[corner]), time));
+    let seen = corners.map(|corner| ray.to(corner));
+    let weights = [0, 1, 2].map(|at| seen[(at + 1) % 3].perp_dot(seen[(at + 2) % 3]));
+    let area: f64 = weights.iter().sum();
+    let least = weights.iter().map(|weight| weight * area.signum()).fold(f64::INFINITY, f64::min);
+    let moved = (0..3).map(|corner| keys[0][corner].distance(keys[1][corner]));
+    let moved = f64::from(moved.fold(0.0, f32::max));
+    let size = moved + seen.iter().map(|corner| corner.length()).fold(0.0, f64::max);
+    let rounding = 1e-6 * size * size;
+    let depth = |corner: usize| -corners[corner].z;
+    let weighted: f64 = (0..3).map(|corner| weights[corner] * depth(corner)).sum();
+    let depths = [depth(0), depth(1), depth(2)];
+    let range = depths.iter().fold(0.0, |range: f64, depth| range.max((depth - depths[0]).abs()));
+    let blur = (weighted / area).abs() * 1e-5 + rounding / area.abs() * range;
+    if area.abs() <= rounding && least >= -rounding {
+        return Met::Perhaps;
+    }
+    met(least, rounding, weighted / area, blur)
+}

@@ -1,0 +1,24 @@
+//! What every kind of primitive can do.
+
+use fearless_simd::{Simd, f32x16, mask32x16};
+
+use super::cells::RayLanes;
+use super::keyed::Corner;
+use super::outline::Rows;
+use super::rays::Rays;
+
+/// Something that rays meet at most once.
+pub(super) trait Primitive: Copy + Send + Sync + 'static {
+    /// Its outline in the map, over the whole shutter.
+    type Outline: Rows;
+
+    /// Projects it. `None` if no ray can meet it: behind the camera, of no
+    /// thickness, not finite.
+    fn outline(&self, rays: &Rays) -> Option<Self::Outline>;
+
+    /// All its corners.
+    fn corners(&self) -> &[Corner];
+
+    /// Which rays meet it, and at what depth.
+    fn meet<S: Simd>(&self, simd: S, lanes: &RayLanes<S>) -> (mask32x16<S>, f32x16<S>);
+}

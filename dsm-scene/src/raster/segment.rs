@@ -1,0 +1,103 @@
+//! Segments of strands.
+
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f32x16, mask32x16};
+use glam::{DVec3, Vec3};
+
+use super::cells::RayLanes;
+use super::keyed::{Corner, SeenCorner, dot};
+use super::outline::Outline;
+use super::primitive::Primitive;
+use super::rays::Rays;
+
+/// A piece of a strand: a ribbon that faces the ray.
+///
+/// The ray meets it where it passes the line between the two ends within the
+/// radius, interpolated at the point of closest approach: once, at the depth of
+/// the ray there. Segments of radius 0 are never met.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Segment {
+    /// Both ends, in camera space: right-handed, the camera looks down −z.
+    pub ends: [Vec3; 2],
+    /// The radius at either end, ≥ 0, in scene units.
+    pub radii: [f32; 2],
+}
+
+impl Segment {
+    /// Its ends and their radii.
+    pub(super) fn corners(&self) -> [(DVec3, f32); 2] {
+        [0, 1].map(|end| (self.ends[end].as_dvec3(), self.radii[end]))
+    }
+}
+
+/// A segment in ray space, at one or two times.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RaySegment<const KEYS: usize> {
+    ends: [[Corner; 2]; KEYS],
+}
+
+impl<const KEYS: usize> RaySegment<KEYS> {
+    /// From the ends' points in camera space and radii.
+    pub(super) fn new(rays: &Rays, keys: [[(DVec3, f32); 2]; KEYS]) -> Self {
+        let corner = |(point, radius)| Corner::new(rays, point, radius);
+        Self { ends: keys.map(|ends| ends.map(corner)) }
+    }
+}
+
+impl<const KEYS: usize> Primitive for RaySegment<KEYS> {
+    type Outline = Outline<KEYS, 2>;
+
+    fn outline(&self, rays: &Rays) -> Option<Self::Outline> {
+        let ends = self.ends.as_flattened();
+        let thick = ends.iter().any(|end| end.radius > 0.0);
+        let sound = ends.iter().all(|end| end.radius >= 0.0);
+        if thick && sound { Outline::project(rays, &self.ends) } else { None }
+    }
+
+    fn corners(&self) -> &[Corner] {
+        self.ends.as_flattened()
+    }
+
+    #[inline(always)]
+    fn meet<S: Simd>(&self, simd: S, lanes: &RayLanes<S>) -> (mask32x16<S>, f32x16<S>) {
+        let zero = f32x16::splat(simd, 0.0);
+        let one = f32x16::splat(simd, 1.0);
+        let (open, close) = (&self.ends[0], &self.ends[KEYS - 1]);
+        let (start, end) = if KEYS == 1 {
+            (
+                SeenCorner::new::<false>(simd, &open[0], &open[0], lanes),
+                SeenCorner::new::<false>(simd, &open[1], &open[1], lanes),
+            )
+        } else {
+            (
+                SeenCorner::new::<true>(simd, &open[0], &close[0], lanes),
+                SeenCorner::new::<true>(simd, &open[1], &close[1], lanes),
+            )
+        };
+        // In the plane of constant depth through the first end: from the ray to
+        // it; and how that changes towards the second end.
+        let change = end.less(&start);
+        let first = start.beyond_rays(lanes);
+        let along = change.beyond_rays(lanes);
+        // Of a vector in that plane, ⟨a, b⟩ = a·b − (a·d)(b·d)/|d|² is what
+        // remains of a·b across the ray d.
+        let first_along = dot(first, lanes.slope);
+        let along_along = dot(along, lanes.slope);
+        let shrunk = along_along * lanes.shrink;
+        let product = (-first_along).mul_add_precise(shrunk, dot(first, along));
+        let length = (-along_along).mul_add_precise(shrunk, dot(along, along));
+        let nearest = -product / length;
+        // NaN, of a segment along the ray, is its first end.
+        let nearest = nearest.simd_gt(zero).select(nearest, zero);
+        let nearest = nearest.simd_lt(one).select(nearest, one);
+        let from_ray = [
+            along[0].mul_add_precise(nearest, first[0]),
+            along[1].mul_add_precise(nearest, first[1]),
+        ];
+        let sideways = along_along.mul_add_precise(nearest, first_along);
+        let shift = sideways * lanes.shrink;
+        let square = (-sideways).mul_add_precise(shift, dot(from_ray, from_ray));
+        let radius = change.radius.mul_add_precise(nearest, start.radius);
+        let depth = change.depth.mul_add_precise(nearest, start.depth) + shift;
+        (square.simd_lt(radius * radius), depth)
+    }
+}
