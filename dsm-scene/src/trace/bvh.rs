@@ -120,7 +120,9 @@ impl Bvh {
         let origin = (ray.at(start) - self.outer.centre()) * self.scale - direction * MARGIN;
         let traversal = TraversalRay::new(
             origin.as_vec3a(),
-            direction.as_vec3a(),
+            // The hierarchy takes −0 for a way back in one place and not in
+            // another, and then meets nothing.
+            direction.as_vec3a() + 0.0,
             0.0,
             (length + MARGIN) as f32 + 8.0 * PADDING as f32,
         );

@@ -211,6 +211,19 @@ fn square() -> Shape {
 }
 
 #[test]
+fn a_direction_of_negative_zeros_is_one_of_zeros() {
+    let scene = Scene::of_objects(vec![Object::new(square())]);
+    let traced = TracedScene::new(&scene).unwrap();
+    // The last is rounded to −0 only when it is an f32.
+    for none in [0.0, -0.0, -1e-60] {
+        let ray = Ray::new(DVec3::new(0.03, 0.1, 5.0), DVec3::new(none, none, -1.0));
+        let mut hits = RayHits::<f32>::default();
+        traced.tracer().hits(&ray, &mut hits).unwrap();
+        assert_eq!(hits.surfaces().len(), 1, "{none:e}");
+    }
+}
+
+#[test]
 fn a_moving_object_is_where_it_is_at_the_rays_time() {
     let at = |x| Transform { translate: DVec3::new(x, 0.0, 0.0), ..Transform::default() };
     let motion = vec![Motion { open: at(0.0), close: at(8.0) }];
