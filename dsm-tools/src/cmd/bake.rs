@@ -8,7 +8,7 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 use dsm_core::{BakeProgress, BakeSettings, Baker, Rgb, Transmittance};
 use dsm_io::{Attribute, BakeOptions, BakeReport, Metadata, bake};
-use dsm_scene::{Scene, SceneHitSource, TracedScene, open_scene};
+use dsm_scene::{Scene, SceneRasterizer, open_scene};
 
 use crate::args::Bake;
 use crate::interrupt::Interrupt;
@@ -83,8 +83,7 @@ impl BakeJob<'_> {
 
     fn bake<T: Transmittance>(&self, output: &Path) -> Result<BakeReport> {
         let raster = self.scene.light.raster(self.settings.size)?;
-        let traced = TracedScene::new(self.scene)?;
-        let source = SceneHitSource::new(&traced, raster);
+        let source = SceneRasterizer::<T>::new(self.scene, raster)?;
         let camera = Some(raster.shadow_camera());
         let settings = BakeSettings { camera, ..self.settings.clone() };
         let light = self.scene.light.area()?.extent();
