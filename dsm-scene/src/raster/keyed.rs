@@ -1,9 +1,10 @@
 //! Corners that move evenly while the shutter is open.
 
-use fearless_simd::{Simd, SimdBase, SimdFloat, f32x16};
+use fearless_simd::{Simd, SimdBase, f32x16};
 use glam::DVec3;
 
 use super::cells::RayLanes;
+use super::fused::fused;
 use super::rays::Rays;
 
 /// A corner of a primitive in ray space.
@@ -91,8 +92,8 @@ impl<S: Simd> SeenCorner<S> {
         // cell and the primitive.
         Self {
             place: [
-                (-lanes.centre[0]).mul_add_precise(factor, f32x16::splat(simd, x)),
-                (-lanes.centre[1]).mul_add_precise(factor, f32x16::splat(simd, y)),
+                fused(-lanes.centre[0], factor, f32x16::splat(simd, x)),
+                fused(-lanes.centre[1], factor, f32x16::splat(simd, y)),
             ],
             factor,
             depth: f32x16::splat(simd, corner.depth),
@@ -104,8 +105,8 @@ impl<S: Simd> SeenCorner<S> {
     #[inline(always)]
     pub(super) fn beyond_rays(&self, lanes: &RayLanes<S>) -> [f32x16<S>; 2] {
         [
-            (-lanes.ray[0]).mul_add_precise(self.factor, self.place[0]),
-            (-lanes.ray[1]).mul_add_precise(self.factor, self.place[1]),
+            fused(-lanes.ray[0], self.factor, self.place[0]),
+            fused(-lanes.ray[1], self.factor, self.place[1]),
         ]
     }
 
@@ -123,11 +124,11 @@ impl<S: Simd> SeenCorner<S> {
 
 #[inline(always)]
 fn between<S: Simd>(open: f32x16<S>, close: f32x16<S>, time: f32x16<S>) -> f32x16<S> {
-    (close - open).mul_add_precise(time, open)
+    fused(close - open, time, open)
 }
 
 /// a · b
 #[inline(always)]
 pub(super) fn dot<S: Simd>(a: [f32x16<S>; 2], b: [f32x16<S>; 2]) -> f32x16<S> {
-    a[0].mul_add_precise(b[0], a[1] * b[1])
+    fused(a[0], b[0], a[1] * b[1])
 }

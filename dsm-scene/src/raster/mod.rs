@@ -15,6 +15,7 @@ mod bins;
 mod cell_lists;
 mod cells;
 mod found;
+mod fused;
 mod kernel;
 mod keyed;
 mod layer;

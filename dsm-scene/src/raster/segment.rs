@@ -1,9 +1,10 @@
 //! Segments of strands.
 
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f32x16, mask32x16};
+use fearless_simd::{Select, Simd, SimdBase, f32x16, mask32x16};
 use glam::{DVec3, Vec3};
 
 use super::cells::RayLanes;
+use super::fused::fused;
 use super::keyed::{Corner, SeenCorner, dot};
 use super::outline::Outline;
 use super::primitive::Primitive;
@@ -83,21 +84,18 @@ impl<const KEYS: usize> Primitive for RaySegment<KEYS> {
         let first_along = dot(first, lanes.slope);
         let along_along = dot(along, lanes.slope);
         let shrunk = along_along * lanes.shrink;
-        let product = (-first_along).mul_add_precise(shrunk, dot(first, along));
-        let length = (-along_along).mul_add_precise(shrunk, dot(along, along));
+        let product = fused(-first_along, shrunk, dot(first, along));
+        let length = fused(-along_along, shrunk, dot(along, along));
         let nearest = -product / length;
         // NaN, of a segment along the ray, is its first end.
         let nearest = nearest.simd_gt(zero).select(nearest, zero);
         let nearest = nearest.simd_lt(one).select(nearest, one);
-        let from_ray = [
-            along[0].mul_add_precise(nearest, first[0]),
-            along[1].mul_add_precise(nearest, first[1]),
-        ];
-        let sideways = along_along.mul_add_precise(nearest, first_along);
+        let from_ray = [fused(along[0], nearest, first[0]), fused(along[1], nearest, first[1])];
+        let sideways = fused(along_along, nearest, first_along);
         let shift = sideways * lanes.shrink;
-        let square = (-sideways).mul_add_precise(shift, dot(from_ray, from_ray));
-        let radius = change.radius.mul_add_precise(nearest, start.radius);
-        let depth = change.depth.mul_add_precise(nearest, start.depth) + shift;
+        let square = fused(-sideways, shift, dot(from_ray, from_ray));
+        let radius = fused(change.radius, nearest, start.radius);
+        let depth = fused(change.depth, nearest, start.depth) + shift;
         (square.simd_lt(radius * radius), depth)
     }
 }

@@ -1,9 +1,10 @@
 //! Triangles.
 
-use fearless_simd::{Simd, SimdBase, SimdFloat, f32x16, mask32x16};
+use fearless_simd::{Simd, SimdBase, f32x16, mask32x16};
 use glam::DVec3;
 
 use super::cells::RayLanes;
+use super::fused::fused;
 use super::keyed::{Corner, SeenCorner};
 use super::outline::Outline;
 use super::primitive::Primitive;
@@ -60,7 +61,7 @@ impl<const KEYS: usize> Primitive for RayTriangle<KEYS> {
         let inside = left_of_a & left_of_b & left_of_c;
         let turned = !(left_of_a | left_of_b | left_of_c);
         let sum = of_a + of_b + of_c;
-        let weighted = of_a.mul_add_precise(a.depth, of_b.mul_add_precise(b.depth, of_c * c.depth));
+        let weighted = fused(of_a, a.depth, fused(of_b, b.depth, of_c * c.depth));
         let flat = sum.simd_eq(f32x16::splat(simd, 0.0));
         ((inside | turned) & !flat, weighted / sum)
     }
