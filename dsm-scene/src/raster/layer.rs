@@ -1,20 +1,19 @@
 //! Primitives of one kind.
 
 use dsm_core::{Result, TileHits, Transmittance};
-use fearless_simd::Simd;
+use fearless_simd::Level;
 
 use super::bins::Bins;
 use super::cell_lists::CellLists;
 use super::cells::{Cell, CellArea};
 use super::found::Found;
-use super::kernel;
+use super::leveled::Leveled;
 use super::outline::Rows;
-use super::primitive::Primitive;
 use super::rays::Rays;
 
 /// Primitives of one kind while they are collected.
 #[derive(Clone, Debug)]
-pub(super) struct LayerBuilder<T, P: Primitive> {
+pub(super) struct LayerBuilder<T, P: Leveled> {
     primitives: Vec<P>,
     outlines: Vec<P::Outline>,
     /// The first primitive of each opacity.
@@ -23,20 +22,20 @@ pub(super) struct LayerBuilder<T, P: Primitive> {
 
 /// Primitives of one kind, and where in the map they are.
 #[derive(Clone, Debug)]
-pub(super) struct Layer<T, P: Primitive> {
+pub(super) struct Layer<T, P: Leveled> {
     primitives: Vec<P>,
     outlines: Vec<P::Outline>,
     opacities: Vec<(u32, T)>,
     bins: Bins,
 }
 
-impl<T: Transmittance, P: Primitive> Default for LayerBuilder<T, P> {
+impl<T: Transmittance, P: Leveled> Default for LayerBuilder<T, P> {
     fn default() -> Self {
         Self { primitives: Vec::new(), outlines: Vec::new(), opacities: Vec::new() }
     }
 }
 
-impl<T: Transmittance, P: Primitive> LayerBuilder<T, P> {
+impl<T: Transmittance, P: Leveled> LayerBuilder<T, P> {
     /// Adds those primitives that a ray can meet.
     pub(super) fn extend(
         &mut self,
@@ -62,14 +61,13 @@ impl<T: Transmittance, P: Primitive> LayerBuilder<T, P> {
         self.primitives.len()
     }
 
-    #[inline(always)]
-    pub(super) fn build(self, rays: &Rays, size: [u32; 2]) -> Layer<T, P> {
+    pub(super) fn build(self, level: Level, rays: &Rays, size: [u32; 2]) -> Layer<T, P> {
         let Self { primitives, outlines, opacities } = self;
         let mut bins = Bins::new(size);
         let order = order(&bins, &outlines, &opacities);
         let primitives: Vec<P> = order.iter().map(|&at| primitives[at as usize]).collect();
         let outlines: Vec<_> = order.iter().map(|&at| outlines[at as usize]).collect();
-        bins.fill(rays, &primitives, &outlines);
+        P::fill(level, &mut bins, rays, &primitives, &outlines);
         Layer { primitives, outlines, opacities, bins }
     }
 }
@@ -104,18 +102,16 @@ fn order<T>(bins: &Bins, outlines: &[impl Rows], opacities: &[(u32, T)]) -> Vec<
     order
 }
 
-impl<T: Transmittance, P: Primitive> Layer<T, P> {
+impl<T: Transmittance, P: Leveled> Layer<T, P> {
     /// Finds what may cover the cells of `area`.
-    #[inline(always)]
-    pub(super) fn list(&self, area: &CellArea, lists: &mut CellLists) {
-        lists.fill(&self.bins, &self.outlines, area);
+    pub(super) fn list(&self, level: Level, area: &CellArea, lists: &mut CellLists) {
+        P::list(level, lists, &self.bins, &self.outlines, area);
     }
 
     /// Appends what the rays of `cell` meet to `hits`.
-    #[inline(always)]
-    pub(super) fn meet<S: Simd>(
+    pub(super) fn meet(
         &self,
-        simd: S,
+        level: Level,
         cell: &Cell,
         mut items: &[u32],
         found: &mut Found,
@@ -131,7 +127,7 @@ impl<T: Transmittance, P: Primitive> Layer<T, P> {
             let (run, rest) = items.split_at(end);
             items = rest;
             found.reset(run.len() * cell.len());
-            kernel::meet(simd, cell, &self.primitives, run, found);
+            P::meet_all(level, cell, &self.primitives, run, found);
             found.push(self.opacities[next - 1].1, hits)?;
         }
         Ok(())

@@ -3,7 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use dsm_core::{Error, HitSource, Result, ShadowCamera, TileHits, TileSamples, Transmittance};
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::Level;
 use glam::Vec3;
 
 use super::bins::Bins;
@@ -209,17 +209,16 @@ impl<T: Transmittance> RasterizerBuilder<T> {
             return Err(Error::TooLarge { what: "primitives", count, limit });
         }
         let level = Level::new();
-        // Not for vectors: plain x86-64 rounds numbers by a call.
-        Ok(dispatch!(level, _simd => Rasterizer {
-            segments: segments.build(&rays, size),
-            moving_segments: moving_segments.build(&rays, size),
-            triangles: triangles.build(&rays, size),
-            moving_triangles: moving_triangles.build(&rays, size),
+        Ok(Rasterizer {
+            segments: segments.build(level, &rays, size),
+            moving_segments: moving_segments.build(level, &rays, size),
+            triangles: triangles.build(level, &rays, size),
+            moving_triangles: moving_triangles.build(level, &rays, size),
             rays,
             level,
             near: 0.0,
             scratch: Mutex::default(),
-        }))
+        })
     }
 }
 
@@ -246,21 +245,19 @@ impl<T: Transmittance> Rasterizer<T> {
         self
     }
 
-    #[inline(always)]
-    fn meet<S: Simd>(
+    fn meet(
         &self,
-        simd: S,
         samples: &TileSamples,
         area: &CellArea,
         scratch: &mut Scratch,
         hits: &mut TileHits<T>,
     ) -> Result<()> {
         let Scratch { lists, cell, found } = scratch;
-        let rays = &self.rays;
-        self.segments.list(area, &mut lists[0]);
-        self.moving_segments.list(area, &mut lists[1]);
-        self.triangles.list(area, &mut lists[2]);
-        self.moving_triangles.list(area, &mut lists[3]);
+        let (level, rays) = (self.level, &self.rays);
+        self.segments.list(level, area, &mut lists[0]);
+        self.moving_segments.list(level, area, &mut lists[1]);
+        self.triangles.list(level, area, &mut lists[2]);
+        self.moving_triangles.list(level, area, &mut lists[3]);
         let columns = area.columns();
         for (row, y) in (area.min[1]..area.max[1]).enumerate() {
             for (column, x) in (area.min[0]..area.max[0]).enumerate() {
@@ -270,10 +267,10 @@ impl<T: Transmittance> Rasterizer<T> {
                 }
                 cell.fill(rays, samples, area.side, x, y);
                 found.near = self.near;
-                self.segments.meet(simd, cell, items[0], found, hits)?;
-                self.moving_segments.meet(simd, cell, items[1], found, hits)?;
-                self.triangles.meet(simd, cell, items[2], found, hits)?;
-                self.moving_triangles.meet(simd, cell, items[3], found, hits)?;
+                self.segments.meet(level, cell, items[0], found, hits)?;
+                self.moving_segments.meet(level, cell, items[1], found, hits)?;
+                self.triangles.meet(level, cell, items[2], found, hits)?;
+                self.moving_triangles.meet(level, cell, items[3], found, hits)?;
             }
         }
         Ok(())
@@ -287,9 +284,7 @@ impl<T: Transmittance> HitSource<T> for Rasterizer<T> {
         let area = CellArea::new(samples);
         let idle = || self.scratch.lock().unwrap_or_else(PoisonError::into_inner);
         let mut scratch = idle().pop().unwrap_or_default();
-        let met = dispatch!(self.level, simd => {
-            self.meet(simd, samples, &area, &mut scratch, hits)
-        });
+        let met = self.meet(samples, &area, &mut scratch, hits);
         idle().push(scratch);
         met
     }
