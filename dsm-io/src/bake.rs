@@ -61,7 +61,7 @@ pub struct BakeReport {
 ///
 /// `describe` may add to what the map says of itself; its size, windows,
 /// channels and everything that the baker knows are there already. Of a crop
-/// the metadata are the whole map's; [`merge`](crate::merge) puts crops
+/// the metadata are the whole map's; [`merge`](crate::merge()) puts crops
 /// together. `watch` is told before every tile how far the bake has come, from
 /// any thread, and may break it off.
 ///

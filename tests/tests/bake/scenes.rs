@@ -3,7 +3,8 @@
 //! Queries share rays: so many random pixels that meet anything, each at so many
 //! random depths of its own range. A third of the depths is spread evenly over
 //! the range, a third lies close to something that is met, and a third, where
-//! there are surfaces only, at the very depth of something.
+//! there are surfaces only, at the very depth of something. The compressed map is
+//! the one that the program bakes; that of the map's own rays is traced.
 
 use std::path::Path;
 
@@ -127,7 +128,7 @@ fn check<T: Transmittance>(name: &str, stage: &Stage, filter: Filter) {
         let settings = stage.settings([effort.side; 2]);
         let settings = BakeSettings { sampling, filter, tile_size: 16, ..settings };
         let exact = BakeSettings { tolerance: Some(Tolerance::EXACT), ..settings.clone() };
-        let maps = [&settings, &exact].map(|settings| stage.bake::<T>(settings));
+        let maps = [stage.rasterized::<T>(&settings), stage.bake::<T>(&exact)];
 
         let mut random = Random(u64::from(samples));
         let side = effort.side as usize;

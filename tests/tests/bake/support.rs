@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use dsm_core::{BakeSettings, Baker, DeepMap, HitSource, Transmittance};
 use dsm_io::{BakeOptions, BakeReport, Limits, MapReader};
-use dsm_scene::{Error, Scene, SceneHitSource, TracedScene, ViewRaster, open_scene};
+use dsm_scene::{
+    Error, Scene, SceneHitSource, SceneRasterizer, TracedScene, ViewRaster, open_scene,
+};
 
 /// Whether `DSM_LONG_TESTS` asks for all queries.
 pub(crate) fn is_long() -> bool {
@@ -56,12 +58,20 @@ impl Stage {
         BakeSettings { camera, ..BakeSettings::new(size).unwrap() }
     }
 
+    /// A baker of rays that are traced one by one, each hit to the last bit.
     pub(crate) fn baker<T: Transmittance>(
         &self,
         settings: &BakeSettings,
     ) -> Baker<T, impl HitSource<T, Error = Error> + '_> {
         let source = SceneHitSource::new(&self.traced, self.raster(settings.size));
         Baker::new(source, settings.clone()).unwrap()
+    }
+
+    /// Bakes as the program does: what can be is rasterised, and its depths are
+    /// rounded otherwise.
+    pub(crate) fn rasterized<T: Transmittance>(&self, settings: &BakeSettings) -> DeepMap<T> {
+        let source = SceneRasterizer::<T>::new(&self.scene, self.raster(settings.size)).unwrap();
+        Baker::new(source, settings.clone()).unwrap().map().unwrap()
     }
 
     /// Bakes into the file `path`.
