@@ -3,7 +3,7 @@
 use dsm_core::{MapInfo, PixelLists, PixelWindow, Tolerance, Transmittance, Vertex};
 use dsm_io::{
     AchievedError, Block, Container, ContainerWriter, Crop, EncodedTile, Level, Limits, MapReader,
-    MapWriter, MergeReport, Metadata, TileId, WriteOptions,
+    MapWriter, MergeReport, Metadata, PyramidOptions, TileId, WriteOptions, mip,
 };
 use std::path::Path;
 
@@ -132,6 +132,20 @@ fn a_crop_is_a_map_of_its_own_that_knows_its_place() {
     writer.finish().unwrap();
     let refused = MapReader::open(&path, &Limits::default()).unwrap_err().to_string();
     assert!(refused.contains("reaches past 2³¹"), "{refused}");
+}
+
+#[test]
+fn a_part_of_a_map_has_no_pyramid() {
+    let folder = tempfile::tempdir().unwrap();
+    let metadata = metadata(&pixels(), info(0.0625));
+    // The first begins where the map does.
+    for part in PARTS {
+        let map = write_crop(&folder.path().join("crop.dsm"), &metadata, part, Block::Plain);
+        let output = folder.path().join("mip.dsm");
+        let refused = mip(&map, &output, &PyramidOptions::default(), |_, _| ()).unwrap_err();
+        assert!(refused.to_string().contains("crop.dsm: it is a part of a map"), "{refused}");
+        assert!(!output.exists());
+    }
 }
 
 #[test]
