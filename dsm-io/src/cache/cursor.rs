@@ -28,6 +28,10 @@ struct Slot<T> {
 impl<T: Transmittance> Slot<T> {
     /// No tile stands there: a level has fewer than 2³¹ columns.
     const VACANT: Self = Self { tile: [u32::MAX; 2], pixels: None };
+
+    fn bytes(&self) -> u64 {
+        self.pixels.as_ref().map_or(0, |pixels| pixels.bytes())
+    }
 }
 
 /// Looks up one level of a [`CachedMap`], for one thread.
@@ -37,7 +41,8 @@ impl<T: Transmittance> Slot<T> {
 /// another thread writes; any other pixel costs one, and a load if nobody
 /// holds its tile. Make one cursor a thread and keep it: a new one begins with
 /// no tile. Held tiles are not in the budget: t cursors hold up to 64 t tiles
-/// more ([`CacheStatistics::pinned_bytes`](crate::CacheStatistics)).
+/// more ([`CacheStatistics::pinned_bytes`](crate::CacheStatistics)), but none
+/// more than 128 MiB of them, or one tile where that is larger.
 ///
 /// The values are bit for bit those of the map read into memory.
 ///
@@ -60,8 +65,14 @@ pub struct LookupCursor<T> {
     rows: TileDivision,
     /// A tile is out of its slot while its pixels are looked at.
     slots: [Cell<Slot<T>>; (SLOTS[0] * SLOTS[1]) as usize],
+    /// Bytes of the tiles in the slots, and how many there may be.
+    held_bytes: Cell<u64>,
+    most_held_bytes: u64,
     hits: Cell<u64>,
 }
+
+/// Bytes of tiles that a cursor holds: far more than 64 usual ones.
+const MOST_HELD_BYTES: u64 = 128 << 20;
 
 impl<T: Transmittance> LookupCursor<T> {
     pub(super) fn new(map: CachedMap<T>, index: u32, level: &Level) -> Self {
@@ -72,6 +83,8 @@ impl<T: Transmittance> LookupCursor<T> {
             columns: TileDivision::new(level.tile_width),
             rows: TileDivision::new(level.tile_height),
             slots: std::array::from_fn(|_| Cell::new(Slot::VACANT)),
+            held_bytes: Cell::new(0),
+            most_held_bytes: MOST_HELD_BYTES,
             hits: Cell::new(0),
         }
     }
@@ -90,8 +103,13 @@ impl<T: Transmittance> LookupCursor<T> {
 
     /// Lets go of all tiles and hands the hits in to the statistics.
     pub fn release(&self) {
-        self.slots.iter().for_each(|slot| slot.set(Slot::VACANT));
+        self.vacate();
         self.map.hand_in(&self.hits);
+    }
+
+    fn vacate(&self) {
+        self.slots.iter().for_each(|slot| slot.set(Slot::VACANT));
+        self.held_bytes.set(0);
     }
 
     /// What `look` makes of a tile's pixels, and of how many it says. No
@@ -107,7 +125,7 @@ impl<T: Transmittance> LookupCursor<T> {
         // A tile that is fetched is counted where it is found.
         let mut counted = 0;
         if held.tile != tile {
-            held = self.fetch(tile)?;
+            held = self.fetch(tile, held)?;
             counted = 1;
         }
         let (result, pixels) = look(held.pixels.as_ref().map(|pixels| pixels.view()));
@@ -116,11 +134,19 @@ impl<T: Transmittance> LookupCursor<T> {
         Ok(result)
     }
 
+    /// The tile in place of the one that was in its slot.
     #[cold]
     #[inline(never)]
-    fn fetch(&self, tile: [u32; 2]) -> Result<Slot<T>> {
+    fn fetch(&self, tile: [u32; 2], before: Slot<T>) -> Result<Slot<T>> {
+        self.held_bytes.update(|held| held.saturating_sub(before.bytes()));
+        drop(before);
         let id = TileId::new(self.level, tile[0], tile[1]);
-        Ok(Slot { tile, pixels: self.map.tile_after(id, &self.hits)? })
+        let slot = Slot { tile, pixels: self.map.tile_after(id, &self.hits)? };
+        if self.held_bytes.get().saturating_add(slot.bytes()) > self.most_held_bytes {
+            self.vacate();
+        }
+        self.held_bytes.update(|held| held + slot.bytes());
+        Ok(slot)
     }
 
     #[cold]
@@ -322,6 +348,8 @@ impl TileDivision {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{AchievedError, Limits, Metadata, TileCache, WriteOptions, write_map};
+    use dsm_core::{DeepMap, MapInfo, PixelListsBuilder, Vertex};
 
     #[test]
     fn pixels_are_divided_as_integers() {
@@ -333,6 +361,39 @@ mod tests {
             for at in near.chain(mixed).map(|at| at & 0x7fff_ffff) {
                 assert_eq!(division.split(at), (at / size, at % size), "{at} by {size}");
             }
+        }
+    }
+
+    #[test]
+    fn held_tiles_keep_within_their_bytes() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("map.dsm");
+        let mut pixels = PixelListsBuilder::<f32>::new(64, 8);
+        for pixel in 0..64 * 8_u16 {
+            pixels.push(Vertex::new(1.0, 1.0));
+            pixels.push(Vertex::new(2.0, f32::from(pixel) / 1024.0));
+            pixels.finish_pixel().unwrap();
+        }
+        let map = DeepMap::new(MapInfo::default(), pixels.finish().unwrap());
+        let metadata = Metadata::new(64, 8, 1, MapInfo::default());
+        let options = WriteOptions::default().with_tile_size(8);
+        write_map(&path, metadata, &map, AchievedError::NONE, options).unwrap();
+        let cache = TileCache::new(0);
+        let cached = cache.open::<f32>(&path, &Limits::default()).unwrap();
+        let tile = cached.tile(TileId::new(0, 0, 0)).unwrap().unwrap().bytes();
+        for (held, tiles) in [(8 * tile, 8), (3 * tile, 3), (tile, 1), (0, 1)] {
+            let mut cursor = cached.cursor();
+            cursor.most_held_bytes = held;
+            let mut most = 0;
+            for step in 0..1000_u32 {
+                let [x, y] = [step * 37 % 64, step * 11 % 8];
+                let in_memory = map.pixel(x, y).at(2.0);
+                assert_eq!(cursor.evaluate([x, y], 2.0).unwrap(), in_memory);
+                most = most.max(cache.statistics().pinned_bytes / tile);
+            }
+            assert_eq!(most, tiles, "{held} bytes");
+            cursor.release();
+            assert_eq!((cursor.held_bytes.get(), cache.statistics().pinned_bytes), (0, 0));
         }
     }
 

@@ -140,7 +140,12 @@ pub(super) fn auto_tolerance(text: &str) -> Result<AutoTolerance, String> {
 /// A width and height in pixels: two numbers, or one for both.
 pub(super) fn resolution(text: &str) -> Result<[u32; 2], String> {
     let (width, height) = text.split_once('x').unwrap_or((text, text));
-    Ok([natural(width)?, natural(height)?])
+    let size = [natural(width)?, natural(height)?];
+    if size.iter().all(|side| (1..=65_536).contains(side)) {
+        Ok(size)
+    } else {
+        Err("a map has 1 to 65,536 pixels a side".to_owned())
+    }
 }
 
 /// A part of a map: x₀, y₀, x₁, y₁.
@@ -182,7 +187,9 @@ mod tests {
         assert!(auto_tolerance("automatic").is_err());
         assert_eq!(resolution("512"), Ok([512, 512]));
         assert_eq!(resolution("640x360"), Ok([640, 360]));
-        assert!(resolution("640x").is_err() && resolution("-1").is_err());
+        for text in ["640x", "-1", "0", "1x0", "65537x1"] {
+            assert!(resolution(text).is_err(), "{text}");
+        }
         assert_eq!(crop("0,64,128,192"), Ok([0, 64, 128, 192]));
         assert!(crop("0,1,2").is_err() && crop("0,1,2,3,4").is_err());
         assert_eq!(pixel("3, 4"), Ok([3, 4]));

@@ -7,7 +7,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
-use dsm_core::{Footprint, LevelChoice, Pyramid, Receiver, Transmittance};
+use dsm_core::{Footprint, LevelChoice, Pyramid, Receiver, Transmittance, VisibilityField};
 use dsm_io::{AnyCachedMap, CachedMap, Limits, LookupCursor, TileCache};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -26,6 +26,9 @@ const TASK: usize = 1 << 10;
 /// Bytes of tiles that are kept at hand: the tiles of large maps come and go,
 /// and small ones stay whole.
 const TILE_BYTES: u64 = 1 << 30;
+
+/// Pixels that the filter of one point may reach: about a second's work.
+const MOST_PIXELS: u64 = 1 << 26;
 
 /// What `--stats` prints.
 #[derive(Serialize)]
@@ -133,8 +136,29 @@ impl<T: Transmittance> Shadow<T> {
                 ),
             }
         }
+        let reached = shadow.pixels_of_a_filter(&pyramid);
+        if reached > MOST_PIXELS {
+            bail!(
+                "the filter reaches {reached} pixels, more than the {MOST_PIXELS} of a lookup: \
+                 look up a coarser level (--level)"
+            );
+        }
         shadow.put_back(pyramid);
         Ok(shadow)
+    }
+
+    /// About how many pixels a filter visits in the finer of its levels.
+    fn pixels_of_a_filter(&self, pyramid: &Pyramid<LookupCursor<T>>) -> u64 {
+        let Footprint::Isotropic(filter) = self.footprint else { return 1 };
+        let width = f64::from(filter.width());
+        let finest = match self.level {
+            LevelChoice::Fixed(level) => level,
+            LevelChoice::Auto => (width / 2.0).log2(),
+        };
+        let levels = pyramid.levels();
+        let level = (finest.max(0.0) as usize).min(levels.len() - 1);
+        let reach = width / 2.0_f64.powi(level as i32) + 1.0;
+        levels[level].size().map(|size| (reach as u64).min(size.into())).iter().product()
     }
 
     /// Cursors over the map's levels, for one task.

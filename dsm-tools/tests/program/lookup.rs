@@ -8,6 +8,7 @@ use dsm_core::{
     DeepMap, Filter, FilterShape, Footprint, LevelChoice, MapInfo, Pyramid, Receiver,
     Transmittance, filtered_lookup,
 };
+use dsm_io::{MapWriter, Metadata, WriteOptions};
 use serde_json::Value;
 
 use crate::maps::{Folder, SIZE, full_info, levels, mono, rgb, world, write_levels};
@@ -316,4 +317,29 @@ fn filters_and_widths_must_fit() {
     lookup(&["--bias", "nan"]).is_wrong_usage("finite");
     lookup(&["--threads", "0"]).is_wrong_usage("threads");
     lookup(&["--space", "camera"]).is_wrong_usage("camera");
+}
+
+#[test]
+fn a_filter_over_more_pixels_than_can_be_visited_is_refused() {
+    let folder = Folder::new();
+    let map = folder.path("huge.dsm");
+    let side = (1 << 31) - 1;
+    let metadata = Metadata::new(side, side, 1, MapInfo::default());
+    let options = WriteOptions::default().with_tile_size(side);
+    MapWriter::create(&map, metadata, options).unwrap().finish().unwrap();
+    let points = folder.write("p.csv", "x,y,z\n1e9,1e9,1\n");
+    for level in ["0", "auto"] {
+        let answer = run!(
+            "lookup", map, "--points", points, "--space", "raster", "--filter", "box", "--width",
+            "1e9", "--level", level
+        );
+        assert!(
+            answer.refusal().contains("the filter reaches 1000000002000000001 pixels"),
+            "{answer:?}"
+        );
+    }
+    let narrow = run!(
+        "lookup", map, "--points", points, "--space", "raster", "--filter", "box", "--width", "64"
+    );
+    assert_eq!(narrow.stdout(), "v\n1\n");
 }
