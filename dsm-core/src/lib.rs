@@ -60,7 +60,7 @@ pub use pixel_lists::{PixelLists, PixelListsBuilder, PixelListsView};
 pub use polyline::Polyline;
 pub use product::VisibilityProduct;
 pub use sampling::PixelSampling;
-pub use shadow::{LightVisibility, OcclusionTracer};
+pub use shadow::{Facing, LightVisibility, OcclusionTracer, ShadedPoint};
 pub use tile_hits::TileHits;
 pub use tile_samples::{SamplePoint, TileSamples};
 pub use transmittance::{Rgb, Transmittance};

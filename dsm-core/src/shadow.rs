@@ -26,7 +26,32 @@ pub trait OcclusionTracer: Sync {
     ) -> Result<Self::Value, Self::Error>;
 }
 
-/// Computes soft shadows: one receiver, one light.
+/// What a point lies on, which tells how its depth changes nearby, as the light
+/// sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Facing {
+    /// Nothing that has a direction, or an unknown one: the point faces the
+    /// light.
+    Light,
+    /// A surface, by its unit normal on the side that is shaded.
+    Surface(DVec3),
+    /// A strand, by the unit vector along it.
+    Strand(DVec3),
+}
+
+/// A point of the world that light falls on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShadedPoint {
+    /// Where it is.
+    pub position: DVec3,
+    /// What it lies on.
+    pub facing: Facing,
+    /// Tells points apart where a method samples.
+    pub seed: u64,
+}
+
+/// Computes shadows: many receivers, one light.
 pub trait LightVisibility: Sync {
     /// The fraction of light that is left, for one channel or three.
     type Value: Transmittance;
@@ -46,4 +71,24 @@ pub trait LightVisibility: Sync {
         light: &AreaLight,
         seed: u64,
     ) -> Result<Self::Value, Self::Error>;
+
+    /// Appends the shadow factor of every point of `points` to `values`, in
+    /// order. A method overrides this if it can do more for many points than
+    /// ask [`Self::visibility`] for each, or if it needs to know what they lie
+    /// on.
+    ///
+    /// # Errors
+    ///
+    /// The first error; `values` then holds what came before.
+    fn visibilities(
+        &self,
+        points: &[ShadedPoint],
+        light: &AreaLight,
+        values: &mut Vec<Self::Value>,
+    ) -> Result<(), Self::Error> {
+        for point in points {
+            values.push(self.visibility(point.position, light, point.seed)?);
+        }
+        Ok(())
+    }
 }
