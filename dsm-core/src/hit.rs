@@ -122,6 +122,41 @@ impl<T: Transmittance> RayHits<T> {
         self.segments.push(segment);
     }
 
+    /// Forgets what lies at depths up to `depth`: surfaces there and before it,
+    /// and the part of every medium before it. What is left is what a ray meets
+    /// that starts just behind `depth`, as the next run of a multilayer map
+    /// does (Xie, Tabellion & Pearce 2007, §5.1). NaN: forgets nothing. O(n).
+    ///
+    /// ```
+    /// use dsm_core::{RayHits, SurfaceHit};
+    ///
+    /// let mut hits = RayHits::<f32>::default();
+    /// for depth in [1.0, 2.0, 3.0] {
+    ///     hits.push_surface(SurfaceHit { depth, opacity: 0.5 })?;
+    /// }
+    /// hits.push_slab(1.0, 5.0, 0.5)?;
+    /// hits.keep_behind(2.0);
+    /// assert_eq!(hits.surfaces(), [SurfaceHit { depth: 3.0, opacity: 0.5 }]);
+    /// assert_eq!(hits.segments()[0].near, 2.0);
+    /// # Ok::<(), dsm_core::Error>(())
+    /// ```
+    pub fn keep_behind(&mut self, depth: f32) {
+        if depth.is_nan() {
+            return;
+        }
+        self.surfaces.retain(|surface| surface.depth > depth);
+        self.segments.retain_mut(|segment| {
+            if segment.far <= depth {
+                return false;
+            }
+            if segment.near < depth {
+                segment.near_extinction = segment.extinction(depth);
+                segment.near = depth;
+            }
+            true
+        });
+    }
+
     /// The surfaces, in the order they were added.
     #[must_use]
     pub fn surfaces(&self) -> &[SurfaceHit<T>] {
@@ -144,6 +179,18 @@ impl<T: Transmittance> RayHits<T> {
     pub fn clear(&mut self) {
         self.surfaces.clear();
         self.segments.clear();
+    }
+}
+
+impl<T: Transmittance> VolumeSegment<T> {
+    /// The extinction at `depth`, which lies between the ends.
+    fn extinction(&self, depth: f32) -> T::Sum {
+        let (near, far) = (f64::from(self.near), f64::from(self.far));
+        let share = (f64::from(depth) - near) / (far - near);
+        T::sum_from_channels(|channel| {
+            let near = self.near_extinction.as_ref()[channel];
+            near + share * (self.far_extinction.as_ref()[channel] - near)
+        })
     }
 }
 
@@ -267,6 +314,33 @@ mod tests {
         assert!(hits.push_slab(2.0, 2.0, 0.5).is_err());
         assert!(hits.push_slab(1.0, 2.0, f32::NAN).is_err());
         assert!(hits.is_empty());
+    }
+
+    #[test]
+    fn a_later_start_takes_what_lies_before_it_away() {
+        let whole = || {
+            let mut hits = RayHits::<f32>::default();
+            for depth in [1.0, 2.0, 3.0] {
+                hits.push_surface(SurfaceHit { depth, opacity: 0.25 }).unwrap();
+            }
+            let samples = [(0.5, 0.2), (4.5, 1.0)];
+            let medium = samples.map(|(depth, extinction)| VolumeSample { depth, extinction });
+            hits.push_volume(&medium, 1.0).unwrap();
+            hits
+        };
+        let light = |hits: &RayHits<f32>, z| crate::TransmittanceFunction::new(hits, 1e-6).at(z)[0];
+        for start in [0.0, 0.5, 1.0, 1.5, 3.0, 4.5, 9.0] {
+            let mut behind = whole();
+            behind.keep_behind(start);
+            for z in [1.5, 3.0, 4.0, 9.0] {
+                let expected =
+                    if z > start { light(&whole(), z) / light(&whole(), start) } else { 1.0 };
+                assert!((light(&behind, z) - expected).abs() < 1e-5, "{start} {z}");
+            }
+        }
+        let mut all = whole();
+        all.keep_behind(f32::NAN);
+        assert_eq!(all.surfaces().len(), 3);
     }
 
     #[test]

@@ -34,7 +34,7 @@ mod transmittance;
 mod visibility;
 mod walk;
 
-pub use bake::{BakeProgress, BakeSettings, BakedTile, Baker, ExactPixel};
+pub use bake::{BakeProgress, BakeSettings, BakedTile, Baker, ExactPixel, SampledPixel};
 pub use camera::{DepthKind, PixelWindow, ShadowCamera};
 pub use compress::greedy::{End, GreedyCompressor, compress};
 pub use compress::paper_greedy::paper_greedy;

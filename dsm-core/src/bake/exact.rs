@@ -42,6 +42,35 @@ impl<'a, T: Transmittance> ExactPixel<'a, T> {
     }
 }
 
+/// What the samples under a pixel's filter meet, before anything is summed up.
+#[derive(Clone, Copy, Debug)]
+pub struct SampledPixel<'a, T: Transmittance> {
+    pub(super) pixel: [u32; 2],
+    pub(super) weights: &'a [f64],
+    pub(super) rays: &'a [RayHits<T>],
+}
+
+impl<'a, T: Transmittance> SampledPixel<'a, T> {
+    /// Column and row in the map.
+    #[must_use]
+    pub const fn pixel(&self) -> [u32; 2] {
+        self.pixel
+    }
+
+    /// The weights of the rays in the pixel filter's sum (Lokovic & Veach 2000,
+    /// equation 1): at least 0, 1 in all but for rounding.
+    #[must_use]
+    pub const fn weights(&self) -> &'a [f64] {
+        self.weights
+    }
+
+    /// What the rays meet, in the order of their weights.
+    #[must_use]
+    pub const fn rays(&self) -> &'a [RayHits<T>] {
+        self.rays
+    }
+}
+
 /// Makes the exact functions of block after block, and keeps its memory in
 /// between: hits of the block's samples and of the border that the filter
 /// reaches, and, where there are media, the functions of the samples in as
@@ -55,6 +84,7 @@ pub(super) struct ExactBaker<T: Transmittance> {
     surfaces: SurfaceSweep<T>,
     media: Media<T>,
     vertices: Vec<SumVertex<T>>,
+    rays: Vec<RayHits<T>>,
 }
 
 impl<T: Transmittance> ExactBaker<T> {
@@ -67,6 +97,7 @@ impl<T: Transmittance> ExactBaker<T> {
             surfaces: SurfaceSweep::default(),
             media: Media::new(settings),
             vertices: Vec::new(),
+            rays: Vec::new(),
         }
     }
 
@@ -86,6 +117,59 @@ impl<T: Transmittance> ExactBaker<T> {
         block: Block,
         mut visit: impl FnMut(ExactPixel<'_, T>),
     ) -> Result<u64, S::Error> {
+        let hits = self.load(source, settings, block)?;
+        self.media.start(self.samples.size()[0]);
+        for place in block.places() {
+            self.vertices.clear();
+            let curved = self.pixel(place);
+            let pixel = [0, 1].map(|axis| block.min[axis] + place[axis]);
+            visit(ExactPixel { pixel, vertices: &self.vertices, curved });
+        }
+        Ok(hits)
+    }
+
+    /// Hands what the samples under the pixels of `block` meet to `visit`, row
+    /// by row.
+    pub(super) fn run_rays<S: HitSource<T>>(
+        &mut self,
+        source: &S,
+        settings: &BakeSettings,
+        block: Block,
+        mut visit: impl FnMut(SampledPixel<'_, T>),
+    ) -> Result<u64, S::Error> {
+        let hits = self.load(source, settings, block)?;
+        let Self { samples, pixels, footprint, rays, .. } = self;
+        let mut order = Vec::new();
+        for place in block.places() {
+            footprint.weigh(place, samples);
+            let weights = footprint.weights();
+            if rays.len() < weights.len() {
+                rays.resize_with(weights.len(), RayHits::default);
+            }
+            let per_pixel = samples.samples_per_pixel() as usize;
+            let under = footprint.pixels(place, samples);
+            for (under, rays) in under.zip(rays.chunks_exact_mut(per_pixel)) {
+                let mut rays = rays.iter_mut();
+                pixels.for_each_ray(under, &mut order, |hits| {
+                    if let Some(ray) = rays.next() {
+                        std::mem::swap(ray, hits);
+                    }
+                });
+            }
+            let pixel = [0, 1].map(|axis| block.min[axis] + place[axis]);
+            visit(SampledPixel { pixel, weights, rays: &rays[..weights.len()] });
+        }
+        Ok(hits)
+    }
+
+    /// Asks the source for what the samples of `block` and of the filter's
+    /// border meet, and groups it by pixel.
+    fn load<S: HitSource<T>>(
+        &mut self,
+        source: &S,
+        settings: &BakeSettings,
+        block: Block,
+    ) -> Result<u64, S::Error> {
         let border = self.footprint.border();
         // `BakeSettings::check` keeps both far inside the range of i32.
         let min = block.min.map(|first| first as i32 - border as i32);
@@ -100,15 +184,6 @@ impl<T: Transmittance> ExactBaker<T> {
         }
         let hits = count + self.hits.segments().len() as u64;
         self.pixels.group(&mut self.hits, settings.sampling.samples_per_pixel());
-        self.media.start(size[0]);
-        for row in 0..block.size[1] {
-            for column in 0..block.size[0] {
-                self.vertices.clear();
-                let curved = self.pixel([column, row]);
-                let pixel = [block.min[0] + column, block.min[1] + row];
-                visit(ExactPixel { pixel, vertices: &self.vertices, curved });
-            }
-        }
         Ok(hits)
     }
 
@@ -139,7 +214,8 @@ struct Media<T: Transmittance> {
     chord_error: f64,
     builder: TransmittanceBuilder<T>,
     sweep: VisibilitySweep<T>,
-    ray: RayHits<T>,
+    /// Scratch memory.
+    order: Vec<u32>,
     /// The functions of the pixels under the filter: as many rows as it
     /// reaches, used in turn.
     functions: Vec<TransmittanceFunction<T>>,
@@ -156,7 +232,7 @@ impl<T: Transmittance> Media<T> {
             chord_error,
             builder: TransmittanceBuilder::new(chord_error),
             sweep: VisibilitySweep::default(),
-            ray: RayHits::default(),
+            order: Vec::new(),
             functions: Vec::new(),
             built: Vec::new(),
             rows: 2 * settings.border() + 1,
@@ -219,21 +295,12 @@ impl<T: Transmittance> Media<T> {
             self.functions.resize_with(needed, TransmittanceFunction::default);
         }
         let functions = &mut self.functions[place * count..needed];
-        let surfaces = hits.surfaces(pixel);
-        // Hits of one sample may stand anywhere among the pixel's.
-        let mut order: Vec<u32> = (0..surfaces.keys.len() as u32).collect();
-        order.sort_by_key(|&hit| surfaces.keys[hit as usize] as u32);
-        let mut order = order.into_iter().peekable();
-        for (sample, function) in (pixel * per_pixel..).zip(functions) {
-            self.ray.clear();
-            while let Some(hit) = order.next_if(|&hit| surfaces.keys[hit as usize] as u32 == sample)
-            {
-                self.ray.push_checked(surfaces.hit(hit as usize));
+        let mut functions = functions.iter_mut();
+        let builder = &mut self.builder;
+        hits.for_each_ray(pixel, &mut self.order, |ray| {
+            if let Some(function) = functions.next() {
+                builder.build(ray, function);
             }
-            for &(_, segment) in hits.segments(sample..sample + 1) {
-                self.ray.push_checked_segment(segment);
-            }
-            self.builder.build(&self.ray, function);
-        }
+        });
     }
 }

@@ -13,7 +13,7 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-pub use exact::ExactPixel;
+pub use exact::{ExactPixel, SampledPixel};
 pub use settings::BakeSettings;
 pub use tile::BakedTile;
 
@@ -23,6 +23,7 @@ use crate::{
 };
 use exact::ExactBaker;
 use ordered::in_order;
+use settings::Block;
 use tile::TileCompressor;
 
 /// Tiles that may be begun and not yet handed over, for each thread.
@@ -147,6 +148,37 @@ impl<T: Transmittance, S: HitSource<T>> Baker<T, S> {
         chord_error: f64,
         mut visit: impl FnMut(ExactPixel<'_, T>),
     ) -> std::result::Result<u64, S::Error> {
+        self.with_blocks(tile, |baker, block| {
+            baker.set_chord_error(chord_error);
+            baker.run(&self.source, &self.settings, block, &mut visit)
+        })
+    }
+
+    /// Hands what the samples under a tile's pixels meet to `visit`, each pixel
+    /// once, in the order of [`Self::exact_tile`]: for maps that keep more of
+    /// it than one function a pixel. Returns the number of hits. Costs
+    /// O(h log h) for the h hits under a filter, and holds those of one pixel's
+    /// samples a second time.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::exact_tile`].
+    pub fn sampled_tile(
+        &self,
+        tile: [u32; 2],
+        mut visit: impl FnMut(SampledPixel<'_, T>),
+    ) -> std::result::Result<u64, S::Error> {
+        self.with_blocks(tile, |baker, block| {
+            baker.run_rays(&self.source, &self.settings, block, &mut visit)
+        })
+    }
+
+    /// Cuts a tile into blocks and adds up the hits that `run` finds in them.
+    fn with_blocks(
+        &self,
+        tile: [u32; 2],
+        mut run: impl FnMut(&mut ExactBaker<T>, Block) -> std::result::Result<u64, S::Error>,
+    ) -> std::result::Result<u64, S::Error> {
         let block = self.settings.tile_pixels(tile);
         if block.size.contains(&0) {
             let reason = "the tile lies outside the map";
@@ -154,10 +186,9 @@ impl<T: Transmittance, S: HitSource<T>> Baker<T, S> {
         }
         let spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let mut baker = spare.unwrap_or_else(|| ExactBaker::new(&self.settings, self.camera));
-        baker.set_chord_error(chord_error);
         let mut hits = 0;
         let baked = block.split(&self.settings, &mut |block| {
-            hits += baker.run(&self.source, &self.settings, block, &mut visit)?;
+            hits += run(&mut baker, block)?;
             Ok(())
         });
         self.spare.lock().unwrap_or_else(PoisonError::into_inner).push(baker);
@@ -190,6 +221,21 @@ impl<T: Transmittance, S: HitSource<T>> Baker<T, S> {
     pub fn run<U: Send, E: From<S::Error> + Send>(
         &self,
         encode: impl Fn(BakedTile<T>) -> std::result::Result<U, E> + Sync,
+        sink: impl FnMut(U) -> std::result::Result<(), E> + Send,
+        watch: impl Fn(BakeProgress) -> ControlFlow<()> + Sync,
+    ) -> std::result::Result<ControlFlow<()>, E> {
+        self.run_tiles(|tile| encode(self.tile(tile)?), sink, watch)
+    }
+
+    /// The same with tiles of any kind: `make` makes one of its place among
+    /// the tiles of the whole map, in parallel.
+    ///
+    /// # Errors
+    ///
+    /// The first in order of the tiles, from `make` or `sink`.
+    pub fn run_tiles<U: Send, E: Send>(
+        &self,
+        make: impl Fn([u32; 2]) -> std::result::Result<U, E> + Sync,
         mut sink: impl FnMut(U) -> std::result::Result<(), E> + Send,
         watch: impl Fn(BakeProgress) -> ControlFlow<()> + Sync,
     ) -> std::result::Result<ControlFlow<()>, E> {
@@ -204,8 +250,7 @@ impl<T: Transmittance, S: HitSource<T>> Baker<T, S> {
                 if watch(progress).is_break() {
                     return Ok(ControlFlow::Break(()));
                 }
-                let tile = self.tile(self.settings.tile(index))?;
-                encode(tile).map(ControlFlow::Continue)
+                make(self.settings.tile(index)).map(ControlFlow::Continue)
             },
             |encoded| {
                 sink(encoded)?;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::{SurfaceHit, TileHits, Transmittance, VolumeSegment};
+use crate::{RayHits, SurfaceHit, TileHits, Transmittance, VolumeSegment};
 
 /// The hits of a block of pixels, grouped by pixel; within one they keep the
 /// order in which they came. O(hits + pixels).
@@ -109,6 +109,35 @@ impl<T: Transmittance> PixelHits<T> {
         let before = |end: u32| self.segments.partition_point(|&(sample, _)| sample < end);
         let start = before(samples.start);
         &self.segments[start..][..before(samples.end) - start]
+    }
+
+    /// Hands what each of a pixel's samples meets to `visit`, one after the
+    /// other. `order` is scratch memory.
+    pub(super) fn for_each_ray(
+        &self,
+        pixel: u32,
+        order: &mut Vec<u32>,
+        mut visit: impl FnMut(&mut RayHits<T>),
+    ) {
+        let surfaces = self.surfaces(pixel);
+        // Hits of one sample may stand anywhere among the pixel's.
+        order.clear();
+        order.extend(0..surfaces.keys.len() as u32);
+        order.sort_by_key(|&hit| surfaces.keys[hit as usize] as u32);
+        let mut order = order.iter().peekable();
+        let mut ray = RayHits::default();
+        let first = pixel * self.samples_per_pixel;
+        for sample in first..first + self.samples_per_pixel {
+            ray.clear();
+            let is_met = |hit: &&u32| surfaces.keys[**hit as usize] as u32 == sample;
+            while let Some(&hit) = order.next_if(is_met) {
+                ray.push_checked(surfaces.hit(hit as usize));
+            }
+            for &(_, segment) in self.segments(sample..sample + 1) {
+                ray.push_checked_segment(segment);
+            }
+            visit(&mut ray);
+        }
     }
 
     /// The stretches of media in the way of a pixel's samples.

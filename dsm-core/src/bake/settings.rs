@@ -164,6 +164,12 @@ impl Block {
     /// sampled twice stays a small part.
     const SAMPLES_WITH_BORDER: u64 = 1 << 18;
 
+    /// Columns and rows within the block, row by row.
+    pub(super) fn places(self) -> impl Iterator<Item = [u32; 2]> {
+        let [width, height] = self.size;
+        (0..height).flat_map(move |row| (0..width).map(move |column| [column, row]))
+    }
+
     /// Cuts the block in halves until they are small enough, and hands them to
     /// `visit`.
     pub(super) fn split<E>(

@@ -5,7 +5,8 @@ use std::sync::Mutex;
 
 use dsm_core::{
     BakeProgress, BakeSettings, BakedTile, Baker, DeepMap, Error, HitSource, PixelSampling, Rgb,
-    SurfaceHit, TileHits, TileSamples, Transmittance,
+    SurfaceHit, TileHits, TileSamples, Transmittance, TransmittanceFunction, VisibilityDifference,
+    VisibilitySweep,
 };
 use proptest::prelude::*;
 
@@ -60,8 +61,42 @@ fn check_sizes<T: Transmittance>(scene: RandomScene, settings: &BakeSettings) {
     assert_eq!(maps[0], maps[2]);
 }
 
+/// The rays of every pixel sum up to its function.
+fn check_rays<T: Transmittance>(scene: RandomScene, settings: &BakeSettings) {
+    let baker = Baker::<T, _>::new(scene, settings.clone()).unwrap();
+    for tile in settings.tiles() {
+        let mut exact = Vec::new();
+        let exact_hits = baker
+            .exact_tile(tile, |pixel| exact.push((pixel.pixel(), pixel.vertices().to_vec())))
+            .unwrap();
+        let mut exact = exact.into_iter();
+        let mut sweep = VisibilitySweep::default();
+        let hits = baker.sampled_tile(tile, |pixel| {
+            let chord = settings.tolerance().chord();
+            let functions: Vec<_> =
+                pixel.rays().iter().map(|ray| TransmittanceFunction::new(ray, chord)).collect();
+            assert_eq!(pixel.weights().len(), functions.len());
+            let functions: Vec<_> = pixel.weights().iter().copied().zip(&functions).collect();
+            let mut vertices = Vec::new();
+            sweep.over(&functions).run(|vertex| vertices.push(vertex));
+            let (place, expected) = exact.next().unwrap();
+            assert_eq!(pixel.pixel(), place);
+            let difference = VisibilityDifference::between(&vertices, &expected);
+            assert!(difference.max() < 1e-12, "{difference:?}");
+        });
+        assert_eq!(hits, Ok(exact_hits));
+        assert!(exact.next().is_none());
+    }
+}
+
 proptest! {
     #![proptest_config(config(65))]
+
+    #[test]
+    fn rays_sum_up_to_functions(scene in scenes(), settings in settings()) {
+        check_rays::<f32>(scene, &settings);
+        check_rays::<Rgb>(scene, &settings);
+    }
 
     #[test]
     fn crops_have_the_tiles_of_the_whole(scene in scenes(), settings in settings()) {
