@@ -1,5 +1,17 @@
-//! Multilayer shadow maps for area lights.
+//! Multilayer shadow maps for area lights, after Xie, Tabellion & Pearce,
+//! *Soft Shadows by Ray Tracing Multilayer Transparent Shadow Maps* (EGSR 2007).
 //!
-//! The maps of this crate answer [`dsm_core::VisibilityField`] with their
-//! first run of layers, so that the filtered lookup of `dsm-core` serves them
-//! as it serves a deep shadow map. No layered map is implemented yet.
+//! A shadow ray is a straight line in ([raster x, raster y, 1/depth](LightFrame)),
+//! and so a map of layers is traced like a scene: [`ShadowRay`] →
+//! [`MinMaxPyramid`] → [`walk_pixels`], which hands each pixel that may hold a
+//! layer of the ray to a [`PixelLeaf`].
+
+mod light_frame;
+mod pyramid;
+mod shadow_ray;
+mod walk;
+
+pub use light_frame::LightFrame;
+pub use pyramid::MinMaxPyramid;
+pub use shadow_ray::{RayClip, ShadowRay};
+pub use walk::{PixelLeaf, walk_every_pixel, walk_pixels};
