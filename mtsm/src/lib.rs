@@ -1,17 +1,30 @@
 //! Multilayer shadow maps for area lights, after Xie, Tabellion & Pearce,
-//! *Soft Shadows by Ray Tracing Multilayer Transparent Shadow Maps* (EGSR 2007).
+//! *Soft Shadows by Ray Tracing Multilayer Transparent Shadow Maps* (EGSR 2007),
+//! and the plain shadow maps that they are compared with.
 //!
 //! A shadow ray is a straight line in ([raster x, raster y, 1/depth](LightFrame)),
 //! and so a map of layers is traced like a scene: [`ShadowRay`] →
 //! [`MinMaxPyramid`] → [`walk_pixels`], which hands each pixel that may hold a
 //! layer of the ray to a [`PixelLeaf`].
+//!
+//! [`DepthMap`] keeps one depth a sample; [`PercentageCloserFilter`] makes soft
+//! shadows of it.
 
+mod blocking;
+mod depth_map;
+mod hash;
 mod light_frame;
+mod pcf;
 mod pyramid;
 mod shadow_ray;
+mod strata;
+mod tap_region;
 mod walk;
 
+pub use blocking::Blocking;
+pub use depth_map::{DepthMap, DepthMapSettings};
 pub use light_frame::LightFrame;
+pub use pcf::PercentageCloserFilter;
 pub use pyramid::MinMaxPyramid;
 pub use shadow_ray::{RayClip, ShadowRay};
 pub use walk::{PixelLeaf, walk_every_pixel, walk_pixels};
