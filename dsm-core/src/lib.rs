@@ -26,6 +26,7 @@ mod mip;
 mod pixel_lists;
 mod polyline;
 mod product;
+mod random;
 mod sampling;
 mod shadow;
 mod tile_hits;

@@ -3,6 +3,8 @@
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
+use crate::random::next_bits;
+
 /// The outline of a light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -176,15 +178,6 @@ fn concentric_disk(square: DVec2) -> DVec2 {
         (square.y, 2.0 * quarter - quarter * square.x / square.y)
     };
     DVec2::from_angle(angle) * radius
-}
-
-/// SplitMix64: every seed gives a sequence of its own.
-fn next_bits(state: &mut u64) -> u64 {
-    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let mut bits = *state;
-    bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    bits ^ (bits >> 31)
 }
 
 /// The upper 53 bits as a number in [0, 1).

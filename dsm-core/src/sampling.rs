@@ -1,5 +1,6 @@
 //! Where and when a pixel is sampled (Lokovic & Veach 2000, §3.2 and §5.5).
 
+use crate::random::{WEYL, mix};
 use crate::{Error, Result};
 
 /// Bits of a random number that place a sample in its stratum.
@@ -110,18 +111,6 @@ impl PixelSampling {
             sink(x, y, time as f32);
         }
     }
-}
-
-/// The odd number nearest to 2⁶⁴ over the golden ratio.
-const WEYL: u64 = 0x9E37_79B9_7F4A_7C15;
-
-/// A bijection of 64 bits after which every bit depends on every other: the
-/// output function of SplitMix64 (Steele, Lea & Flood 2014).
-fn mix(value: u64) -> u64 {
-    let value = value.wrapping_add(WEYL);
-    let value = (value ^ (value >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    let value = (value ^ (value >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    value ^ (value >> 31)
 }
 
 /// A number in (0, 1) from the lowest bits: never an end, so that no sample
