@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use dsm_core::{
-    BakeProgress, BakeSettings, BakedTile, Baker, End, ExactPixel, GreedyCompressor, HitSource,
+    BakeProgress, BakeSettings, BakedTile, Baker, ExactPixel, GreedyCompressor, HitSource,
     MipPyramid, SumVertex, Tolerance, Transmittance, Vertex, VisibilityDifference,
 };
 
@@ -226,13 +226,10 @@ impl<T: Transmittance> ExactTile<T> {
     /// they need to be; returns the error of that.
     fn join_chords(&mut self, start: usize, tolerance: Tolerance) -> f64 {
         let exact = &self.vertices[start..];
-        let Some(last) = exact.last() else { return 0.0 };
         let mut joined: Vec<SumVertex<T>> = Vec::new();
-        let mut compressor = GreedyCompressor::new(tolerance, End::Known(last.value));
-        let mut emit =
-            |vertex: Vertex<T>| joined.push(Vertex::new(vertex.z, vertex.value.to_sum()));
-        compressor.push_all(exact, &mut emit);
-        compressor.finish(&mut emit);
+        GreedyCompressor::compress_all(tolerance, exact, |vertex: Vertex<T>| {
+            joined.push(Vertex::new(vertex.z, vertex.value.to_sum()));
+        });
         let error = VisibilityDifference::between(exact, joined.as_slice()).max();
         self.vertices.truncate(start);
         self.vertices.append(&mut joined);

@@ -1,10 +1,8 @@
 //! Work on the tiles of several maps at once, a block of pixels at a time.
 
-use dsm_core::{SumVertex, Transmittance, Vertex, VisibilityView};
-
 use crate::format::level::Level;
 use crate::format::tile_id::TileRect;
-use crate::{AchievedError, MapReader, Result, Tile, TileId};
+use crate::{AchievedError, MapReader, Result, TileId};
 
 /// Blocks that are in memory at a time, for each thread.
 pub(crate) const BLOCKS_A_THREAD: u64 = 2;
@@ -87,79 +85,6 @@ pub(crate) fn stated_error(map: &MapReader, index: u32, rect: TileRect) -> Resul
         Some((entry.error, width * height))
     });
     Ok(AchievedError::of_parts(parts))
-}
-
-/// The functions of a rectangle of a level, decoded but for empty tiles.
-pub(crate) struct Region<'a, T> {
-    tile: [u32; 2],
-    /// Column and row of the first tile, and number of columns.
-    first: [u32; 2],
-    columns: usize,
-    tiles: Vec<Option<Tile<'a, T>>>,
-}
-
-impl<'a, T: Transmittance> Region<'a, T> {
-    /// Reads the tiles that `rect` touches, which lies inside the level.
-    pub(crate) fn read(map: &'a MapReader, index: u32, rect: TileRect) -> Result<Self> {
-        let (level, directory) = (map.container().level(index)?, map.directory(index)?);
-        let tile = [level.tile_width, level.tile_height];
-        let first = [rect.x / tile[0], rect.y / tile[1]];
-        let columns = ((rect.x + rect.width).div_ceil(tile[0]) - first[0]) as usize;
-        let tiles = tiles_of(index, level, rect)
-            .map(|id| match directory.get(id.x, id.y) {
-                Some(entry) if !entry.is_empty() => map.tile(id).map(Some),
-                _ => Ok(None),
-            })
-            .collect::<Result<_>>()?;
-        Ok(Self { tile, first, columns, tiles })
-    }
-
-    /// The function of a pixel of the rectangle, by its place in the level;
-    /// `None` if its tile is 1 everywhere.
-    pub(crate) fn function(&self, x: u32, y: u32) -> Option<VisibilityView<'_, T>> {
-        let [width, height] = self.tile;
-        let column = (x / width - self.first[0]) as usize;
-        let row = (y / height - self.first[1]) as usize;
-        let tile = self.tiles[row * self.columns + column].as_ref()?;
-        Some(tile.view().pixel(x % width, y % height))
-    }
-}
-
-/// The functions of a rectangle, of a map with as many channels as `T` or one.
-pub(crate) enum AnyRegion<'a, T> {
-    Same(Region<'a, T>),
-    /// One channel that stands for all.
-    Mono(Region<'a, f32>),
-}
-
-impl<'a, T: Transmittance> AnyRegion<'a, T> {
-    /// As [`Region::read`].
-    pub(crate) fn read(map: &'a MapReader, index: u32, rect: TileRect) -> Result<Self> {
-        if usize::from(map.metadata().channels) == T::CHANNELS {
-            Region::read(map, index, rect).map(Self::Same)
-        } else {
-            Region::read(map, index, rect).map(Self::Mono)
-        }
-    }
-
-    /// Replaces `vertices` by those of a pixel.
-    pub(crate) fn copy_function(&self, x: u32, y: u32, vertices: &mut Vec<SumVertex<T>>) {
-        vertices.clear();
-        match self {
-            Self::Same(region) => {
-                let function = region.function(x, y).into_iter();
-                let all = function.flat_map(VisibilityView::vertices);
-                vertices.extend(all.map(|vertex| Vertex::new(vertex.z, vertex.value.to_sum())));
-            }
-            Self::Mono(region) => {
-                let function = region.function(x, y).into_iter();
-                let all = function.flat_map(VisibilityView::vertices);
-                vertices.extend(
-                    all.map(|vertex| Vertex::new(vertex.z, T::splat(vertex.value).to_sum())),
-                );
-            }
-        }
-    }
 }
 
 #[cfg(test)]

@@ -137,8 +137,8 @@ pub enum Error {
     #[error(transparent)]
     DeepExr(#[from] crate::DeepExrError),
     /// What a bake looks at could not answer.
-    #[error("{0}")]
-    HitSource(#[source] Box<dyn std::error::Error + Send + Sync>),
+    #[error(transparent)]
+    HitSource(Box<dyn std::error::Error + Send + Sync>),
     /// The caller broke it off.
     #[error("interrupted")]
     Interrupted,

@@ -3,9 +3,10 @@
 //! A `.dsm` file holds a deep shadow map in tiles, in as many levels as it
 //! has; `docs/format/dsm-1.md` is the format's definition. [`MapWriter`]
 //! writes one, tile by tile, and [`MapReader`] reads it, in place where it
-//! can; [`TileCache`] keeps the tiles of many maps at
-//! hand for lookups; [`mip`] gives a map the levels of a pyramid. [`Container`] and [`ContainerWriter`] do the same for maps of any
-//! kind: they know sections and tiles, not what those mean.
+//! can; [`TileCache`] keeps the tiles of many maps at hand for lookups; [`mip`]
+//! gives a map the levels of a pyramid. [`Container`] and [`ContainerWriter`] do
+//! the same for maps of any kind: they know sections and tiles, not what those
+//! mean.
 
 mod achieved_error;
 mod any;
@@ -21,10 +22,12 @@ mod deep_exr;
 mod error;
 mod format;
 mod limits;
+mod measured_pixels;
 mod merge;
 mod metadata;
 mod pyramid;
 mod reader;
+mod region;
 mod source;
 mod tile;
 mod writer;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use dsm_core::{DeepMap, PixelLists, Rgb, Transmittance};
 
-use crate::codec::{Codec, EncodedTile, exact};
+use crate::codec::{Block, Codec, EncodedTile, exact};
 use crate::columns::Columns;
 use crate::error::{Place, check_limit};
 use crate::format::container::Container;
@@ -176,6 +176,18 @@ impl MapReader {
             Ok((EncodedTile::of_entry(entry, bytes.to_vec()), entry.error))
         });
         read.map_err(|error| error.in_file(self.container.path()))
+    }
+
+    /// How level 0's tiles are packed; `None` if all are empty. Tiles that
+    /// packing didn't make smaller are plain among packed ones. O(tiles).
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::directory`].
+    pub(crate) fn block(&self) -> Result<Option<Block>> {
+        let stored = self.directory(0)?.iter().filter(|(_, entry)| !entry.is_empty());
+        // Plain is the lowest number.
+        Ok(stored.map(|(_, entry)| entry.block).max().and_then(Block::from_tag))
     }
 
     pub(crate) fn check_channels<T: Transmittance>(&self) -> Result<()> {

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::ExactPixel;
 use super::settings::Block;
 use crate::{
-    DifferenceSummary, End, GreedyCompressor, PixelLists, PixelListsBuilder, Result, SumVertex,
+    DifferenceSummary, GreedyCompressor, PixelLists, PixelListsBuilder, Result, SumVertex,
     Tolerance, Transmittance, Vertex, VisibilityDifference,
 };
 
@@ -95,13 +95,9 @@ impl<T: Transmittance> TileCompressor<T> {
         // others may spend all of it here.
         let chord_error = if exact.curved { self.tolerance.chord() } else { 0.0 };
         self.curved += u32::from(exact.curved);
-        if let Some(last) = exact.vertices.last() {
-            let tolerance = self.tolerance.after(chord_error);
-            let mut compressor = GreedyCompressor::new(tolerance, End::Known(last.value));
-            let mut emit = |vertex| self.vertices.push(vertex);
-            compressor.push_all(exact.vertices, &mut emit);
-            compressor.finish(&mut emit);
-        }
+        let tolerance = self.tolerance.after(chord_error);
+        let emit = |vertex| self.vertices.push(vertex);
+        GreedyCompressor::compress_all(tolerance, exact.vertices, emit);
         self.pixels[pixel] = start..self.vertices.len();
         self.stored.clear();
         let stored = self.vertices[start..].iter();

@@ -9,9 +9,10 @@ use rayon::prelude::*;
 
 use super::rows::ExactFunction;
 use super::{ImportReport, MapSource};
-use crate::blocks::{BLOCKS_A_THREAD, Blocks, Region, is_empty};
+use crate::blocks::{BLOCKS_A_THREAD, Blocks, is_empty};
 use crate::format::level::Level;
 use crate::format::tile_id::TileRect;
+use crate::region::Region;
 use crate::{AchievedError, Error, MapReader, Result};
 
 /// Rows of images that are compared at a time: bounds the memory.

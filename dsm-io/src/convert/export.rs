@@ -2,17 +2,17 @@
 
 use std::path::Path;
 
-use dsm_core::{Rgb, Tolerance, Transmittance};
+use dsm_core::{Rgb, Tolerance, Transmittance, VisibilityView};
 use rayon::prelude::*;
 
 use super::MapSource;
 use super::function_samples::FunctionSampler;
 use super::rows::SourceRows;
-use super::stored_rows::StoredRows;
 use crate::deep_exr::{
     Block, ChunkEncoder, DeepExrWriter, ExportCompression, ExportHeader, ExportLayout,
     ExportSampleType, PackedChunk,
 };
+use crate::region::Region;
 use crate::{Error, Result};
 
 /// How a map is written as a deep OpenEXR.
@@ -192,7 +192,7 @@ impl Export<'_> {
                 .into_par_iter()
                 .map_init(
                     || ChunkEncoder::new(self.options.sample_type, self.options.compression),
-                    |encoder, block| self.chunk(encoder, &functions, rows.start, block),
+                    |encoder, block| self.chunk(encoder, &functions, block),
                 )
                 .collect::<Result<Vec<_>>>()?;
             for chunk in &chunks {
@@ -206,12 +206,11 @@ impl Export<'_> {
         Ok((samples, writer.finish()?, worst))
     }
 
-    /// The chunk of a block, from functions that begin with row `top`.
+    /// The chunk of a block.
     fn chunk<T: Transmittance>(
         &self,
         encoder: &mut ChunkEncoder,
-        functions: &StoredRows<'_, T>,
-        top: u32,
+        functions: &Region<'_, T>,
         block: Block,
     ) -> Result<Chunk> {
         let error = f64::from(self.options.error.epsilon());
@@ -220,7 +219,8 @@ impl Export<'_> {
         let mut rows = self.header.rows(block.width).ok_or_else(too_many)?;
         for y in block.y..block.y + block.height {
             for x in block.x..block.x + block.width {
-                sampler.append(functions.pixel(x, y - top), &mut rows);
+                let function = functions.function(x, y).unwrap_or(VisibilityView::clear());
+                sampler.append(function, &mut rows);
                 rows.finish_pixel().ok_or_else(too_many)?;
             }
         }

@@ -1,5 +1,6 @@
 //! From a file that has functions to a `.dsm` file, a row of tiles at a time;
-//! from a `.dsm` file to a deep OpenEXR; and the check that one file keeps its bound against another.
+//! from a `.dsm` file to a deep OpenEXR; and the check that one file keeps its
+//! bound against another.
 
 mod compare;
 mod deep_samples;
@@ -9,12 +10,10 @@ mod function_samples;
 mod report;
 mod rows;
 mod source;
-mod stored_rows;
 mod tiles;
 
 pub use compare::{MapDifference, WorstPixel, check_bound, compare, compare_levels};
 pub use export::{ExportOptions, ExportReport, export_deep_exr};
 pub use report::ImportReport;
 pub use source::MapSource;
-pub(crate) use tiles::compress_pixel;
 pub use tiles::{ConvertOptions, convert};

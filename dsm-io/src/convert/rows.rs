@@ -5,20 +5,21 @@ use std::ops::Range;
 
 use dsm_core::{
     RayHits, SumVertex, Transmittance, TransmittanceBuilder, TransmittanceFunction, Vertex,
+    VisibilityView,
 };
 
 use super::ImportReport;
 use super::deep_samples::collect_hits;
-use super::stored_rows::StoredRows;
 use crate::Result;
 use crate::deep_exr::DeepRows;
+use crate::region::Region;
 
 /// Some whole pixel rows.
 pub(super) enum SourceRows<'a, T> {
     /// Samples of an image.
     Samples(DeepRows),
     /// Functions of a map.
-    Stored(StoredRows<'a, T>),
+    Stored(Region<'a, T>),
 }
 
 impl<T: Transmittance> SourceRows<'_, T> {
@@ -27,7 +28,10 @@ impl<T: Transmittance> SourceRows<'_, T> {
     pub(super) fn is_clear(&self, columns: Range<u32>, rows: Range<u32>) -> bool {
         match self {
             Self::Samples(_) => false,
-            Self::Stored(stored) => stored.is_clear(columns, rows),
+            Self::Stored(stored) => {
+                let top = stored.rect().y;
+                stored.is_clear(columns, top + rows.start..top + rows.end)
+            }
         }
     }
 
@@ -47,7 +51,10 @@ impl<T: Transmittance> SourceRows<'_, T> {
                 function.is_stored = false;
             }
             Self::Stored(rows) => {
-                let stored = rows.function(pixel).vertices();
+                let (rect, width) = (rows.rect(), rows.rect().width as usize);
+                // Both are below the map's size.
+                let (x, y) = ((pixel % width) as u32, rect.y + (pixel / width) as u32);
+                let stored = rows.function(x, y).into_iter().flat_map(VisibilityView::vertices);
                 function.stored.clear();
                 let exact = |vertex: Vertex<T>| Vertex::new(vertex.z, vertex.value.to_sum());
                 function.stored.extend(stored.map(exact));

@@ -8,9 +8,9 @@ use glam::Mat4;
 
 use super::ImportReport;
 use super::rows::SourceRows;
-use super::stored_rows::StoredRows;
 use crate::deep_exr::{AlphaChannels, DeepExrHeader, DeepExrReader};
 use crate::error::check_limit;
+use crate::region::Region;
 use crate::{AchievedError, Attribute, Error, Limits, MapReader, Metadata, Result};
 
 /// A file whose pixels are, or can be made, visibility functions.
@@ -94,7 +94,7 @@ impl MapSource {
         rows: Range<u32>,
     ) -> Result<SourceRows<'_, T>> {
         match self {
-            Self::Map(map) => StoredRows::read(map, rows).map(SourceRows::Stored),
+            Self::Map(map) => Region::read_rows(map, rows).map(SourceRows::Stored),
             Self::Image(image) => Ok(SourceRows::Samples(image.read_rows(rows)?)),
         }
     }

@@ -3,14 +3,12 @@
 use std::ops::Range;
 use std::path::Path;
 
-use dsm_core::{
-    DifferenceSummary, End, GreedyCompressor, PixelListsBuilder, Rgb, SumVertex, Tolerance,
-    Transmittance, VisibilityDifference,
-};
+use dsm_core::{Rgb, Tolerance, Transmittance};
 use rayon::prelude::*;
 
 use super::rows::{ExactFunction, SourceRows};
 use super::{ImportReport, MapSource};
+use crate::measured_pixels::MeasuredPixels;
 use crate::{AchievedError, EncodedTile, MapWriter, Result, TileId, WriteOptions};
 
 /// How a map is made from another file.
@@ -121,46 +119,20 @@ impl Band<'_> {
             return Ok(CompressedTile { id, encoded, achieved, report });
         }
         let tolerance = self.options.tolerance;
-        let mut pixels = PixelListsBuilder::<T>::new(columns.len() as u32, rows.len() as u32);
+        let size = [columns.len() as u32, rows.len() as u32];
+        let mut pixels = MeasuredPixels::<T>::new(size, tolerance);
         let mut exact = ExactFunction::new(tolerance.chord());
-        let mut differences = DifferenceSummary::default();
-        let mut worst = 0.0_f64;
-        let mut curved = 0_u32;
         for (row, column) in rows.flat_map(|row| columns.clone().map(move |x| (row, x))) {
             let pixel = from_first(row) as usize * self.width as usize + column as usize;
             functions.function(pixel, &mut exact, &mut report)?;
             // Only a curved pixel has spent some of the tolerance on chords;
             // the others may spend all of it here.
             let chord_error = if exact.is_curved() { tolerance.chord() } else { 0.0 };
-            curved += u32::from(exact.is_curved());
-            compress_pixel(exact.vertices(), tolerance.after(chord_error), &mut pixels)?;
-            if let Some(compressed) = pixels.last_pixel() {
-                let difference = VisibilityDifference::between(exact.vertices(), &compressed);
-                worst = worst.max(difference.max() + chord_error);
-                differences.add(pixel, difference);
-            }
+            pixels.push(exact.vertices(), chord_error)?;
         }
-        let chord_share = f64::from(curved) / differences.pixels().max(1) as f64;
-        let mean = differences.mean() + chord_share * tolerance.chord();
-        let achieved = AchievedError { max: worst as f32, mean: mean.min(worst) as f32 };
+        let (pixels, achieved) = pixels.finish()?;
         let write = &self.options.write;
-        let encoded = EncodedTile::encode(pixels.finish()?.view(), write.codec, write.block)?;
+        let encoded = EncodedTile::encode(pixels.view(), write.codec, write.block)?;
         Ok(CompressedTile { id, encoded, achieved, report })
     }
-}
-
-/// Appends V′ for the function with these vertices, which ends where its last
-/// vertex is.
-pub(crate) fn compress_pixel<T: Transmittance>(
-    vertices: &[SumVertex<T>],
-    tolerance: Tolerance,
-    pixels: &mut PixelListsBuilder<T>,
-) -> Result<()> {
-    if let Some(last) = vertices.last() {
-        let mut compressor = GreedyCompressor::new(tolerance, End::Known(last.value));
-        let mut emit = |vertex| pixels.push(vertex);
-        compressor.push_all(vertices, &mut emit);
-        compressor.finish(&mut emit);
-    }
-    Ok(pixels.finish_pixel()?)
 }

@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use super::refuse;
-use crate::codec::EncodedTile;
 use crate::format::level::Level;
 use crate::format::write::ContainerWriter;
 use crate::{Error, MapReader, Result, TileId};
@@ -96,22 +95,10 @@ fn copy_tile(
     let part = crop.levels()[0];
     let [left, top] = corner(&part);
     let own = TileId::new(0, id.x - left, id.y - top);
-    let (entry, rect) = crop.container().entry(own)?;
     debug_assert!(
-        level
-            .tile_rect(id.x, id.y)
-            .is_some_and(|whole| { [whole.width, whole.height] == [rect.width, rect.height] })
+        part.tile_rect(own.x, own.y).map(|rect| [rect.width, rect.height])
+            == level.tile_rect(id.x, id.y).map(|rect| [rect.width, rect.height])
     );
-    let tile = EncodedTile {
-        bytes: crop.container().payload(own)?.to_vec(),
-        raw_length: entry.raw_length,
-        vertex_count: entry.vertex_count,
-        z_min: entry.z_min,
-        z_max: entry.z_max,
-        depth_error: entry.depth_error,
-        codec: entry.codec,
-        block: entry.block,
-        differences: entry.differences,
-    };
-    writer.write_tile(id, &tile, entry.error)
+    let (tile, error) = crop.encoded_tile(own)?;
+    writer.write_tile(id, &tile, error)
 }

@@ -2,19 +2,17 @@
 
 use std::path::Path;
 
-use dsm_core::{
-    DifferenceSummary, PixelListsBuilder, Rgb, Tolerance, Transmittance, VisibilityDifference,
-    VisibilityProduct,
-};
+use dsm_core::{Rgb, Tolerance, Transmittance, VisibilityProduct};
 use rayon::prelude::*;
 
 use super::{MergeReport, refuse};
-use crate::blocks::{AnyRegion, BLOCKS_A_THREAD, Blocks, is_empty, stated_error, tiles_of};
+use crate::blocks::{BLOCKS_A_THREAD, Blocks, is_empty, stated_error, tiles_of};
 use crate::codec::{Block, Codec, EncodedTile};
-use crate::convert::compress_pixel;
 use crate::format::level::Level;
 use crate::format::tile_id::TileRect;
 use crate::format::write::ContainerWriter;
+use crate::measured_pixels::MeasuredPixels;
+use crate::region::AnyRegion;
 use crate::{AchievedError, Error, MapReader, Metadata, Result, TileId};
 
 /// Multiplies level 0 of maps of the same pixels.
@@ -30,7 +28,10 @@ pub(super) fn multiply(
     let tolerance = metadata.info.tolerance;
     let level =
         Level { tolerance: tolerance.epsilon(), error: AchievedError::NONE, ..first.levels()[0] };
-    let product = Product { maps, level, added, block: block(maps) };
+    // As the first map that says anything of it.
+    let blocks = maps.iter().map(MapReader::block).collect::<Result<Vec<_>>>()?;
+    let block = blocks.into_iter().flatten().next().unwrap_or(Block::Zstd);
+    let product = Product { maps, level, added, block };
     let blocks = Blocks::new(&level, maps.iter().map(|map| &map.levels()[0]));
     let mut writer = ContainerWriter::create(output)?;
     writer.add_level(level)?;
@@ -113,14 +114,6 @@ fn tolerance(maps: &[MapReader], added: Tolerance) -> Result<Tolerance> {
     })
 }
 
-/// How the first map that has tiles packs them.
-fn block(maps: &[MapReader]) -> Block {
-    let entries = maps.iter().filter_map(|map| map.directory(0).ok());
-    let mut tiles = entries.flat_map(|directory| directory.iter());
-    let packed = tiles.find(|(_, entry)| !entry.is_empty());
-    packed.and_then(|(_, entry)| Block::from_tag(entry.block)).unwrap_or(Block::Zstd)
-}
-
 struct Product<'a> {
     maps: &'a [MapReader],
     level: Level,
@@ -172,28 +165,17 @@ impl Product<'_> {
         if regions.is_empty() {
             return Ok((EncodedTile::default(), AchievedError::NONE));
         }
-        let mut pixels = PixelListsBuilder::<T>::new(rect.width, rect.height);
+        let mut pixels = MeasuredPixels::<T>::new([rect.width, rect.height], self.added);
         let mut product = VisibilityProduct::<T>::default();
         let mut functions = vec![Vec::new(); regions.len()];
-        let mut differences = DifferenceSummary::default();
-        let (mut worst, mut chords) = (0.0_f64, 0.0_f64);
         for (y, x) in (0..rect.height).flat_map(|y| (0..rect.width).map(move |x| (y, x))) {
             for (region, function) in regions.iter().zip(&mut functions) {
                 region.copy_function(rect.x + x, rect.y + y, function);
             }
             product.multiply(&functions, self.added.chord());
-            let chord_error = product.chord_error();
-            compress_pixel(product.vertices(), self.added.after(chord_error), &mut pixels)?;
-            if let Some(compressed) = pixels.last_pixel() {
-                let difference = VisibilityDifference::between(product.vertices(), &compressed);
-                worst = worst.max(difference.max() + chord_error);
-                chords += chord_error;
-                differences.add(differences.pixels(), difference);
-            }
+            pixels.push(product.vertices(), product.chord_error())?;
         }
-        let encoded = EncodedTile::encode(pixels.finish()?.view(), Codec::Exact, self.block)?;
-        let mean = differences.mean() + chords / differences.pixels().max(1) as f64;
-        let max = worst as f32;
-        Ok((encoded, AchievedError { max, mean: (mean as f32).min(max) }))
+        let (pixels, achieved) = pixels.finish()?;
+        Ok((EncodedTile::encode(pixels.view(), Codec::Exact, self.block)?, achieved))
     }
 }

@@ -1,12 +1,9 @@
 //! Pixels of a level that are compressed together.
 
-use dsm_core::{
-    PixelLists, PixelListsBuilder, Polyline, SumVertex, Tolerance, Transmittance,
-    VisibilityDifference, VisibilitySweep, VisibilityView,
-};
+use dsm_core::{PixelLists, Polyline, SumVertex, Tolerance, Transmittance, VisibilitySweep};
 
 use crate::Result;
-use crate::convert::compress_pixel;
+use crate::measured_pixels::MeasuredPixels;
 
 /// A rectangle of compressed pixels of some level, and their errors.
 #[derive(Debug)]
@@ -27,43 +24,32 @@ impl<T: Transmittance> Fragment<T> {
     }
 }
 
-/// Compresses pixels row by row and measures what that costs.
+/// Compresses the pixels of a fragment row by row.
 #[derive(Debug)]
 pub(super) struct FragmentBuilder<T> {
     origin: [u32; 2],
-    pixels: PixelListsBuilder<T>,
-    tolerance: Tolerance,
-    max: f64,
-    means: f64,
+    pixels: MeasuredPixels<T>,
 }
 
 impl<T: Transmittance> FragmentBuilder<T> {
-    pub(super) fn new(origin: [u32; 2], [width, height]: [u32; 2], tolerance: Tolerance) -> Self {
-        let pixels = PixelListsBuilder::new(width, height);
-        Self { origin, pixels, tolerance, max: 0.0, means: 0.0 }
+    pub(super) fn new(origin: [u32; 2], size: [u32; 2], tolerance: Tolerance) -> Self {
+        Self { origin, pixels: MeasuredPixels::new(size, tolerance) }
     }
 
-    /// Adds a pixel whose function has these vertices and is off by
-    /// `inherited` already; returns its error.
+    /// As [`MeasuredPixels::push`].
     pub(super) fn push(&mut self, vertices: &[SumVertex<T>], inherited: f64) -> Result<f64> {
-        compress_pixel(vertices, self.tolerance.after(inherited), &mut self.pixels)?;
-        let compressed = self.pixels.last_pixel();
-        let compressed = compressed.unwrap_or(VisibilityView::clear());
-        let difference = VisibilityDifference::between(vertices, &compressed);
-        let error = difference.max() + inherited;
-        self.max = self.max.max(error);
-        self.means += difference.mean() + inherited;
-        Ok(error)
+        self.pixels.push(vertices, inherited)
     }
 
     /// Adds a pixel that is 1 everywhere.
     pub(super) fn push_clear(&mut self) -> Result<()> {
-        Ok(self.pixels.finish_pixel()?)
+        self.pixels.push_clear()
     }
 
     pub(super) fn finish(self) -> Result<Fragment<T>> {
-        let Self { origin, pixels, max, means, .. } = self;
-        Ok(Fragment { origin, pixels: pixels.finish()?, max, means })
+        let (max, means) = (self.pixels.max(), self.pixels.means());
+        let (pixels, _) = self.pixels.finish()?;
+        Ok(Fragment { origin: self.origin, pixels, max, means })
     }
 }
 

@@ -67,7 +67,8 @@ pub fn mip(
     if level.tile_width != level.tile_height {
         return refuse("its tiles are not square");
     }
-    let write = WriteOptions::default().with_tile_size(level.tile_width).with_block(block_of(map)?);
+    let block = map.block()?.unwrap_or(Block::Zstd);
+    let write = WriteOptions::default().with_tile_size(level.tile_width).with_block(block);
     let mut writer = MapWriter::create(output, map.metadata().clone(), write)?;
     if map.metadata().channels == 1 {
         build_pyramid::<f32, _>(&Stored(map), &mut writer, options, progress)
@@ -76,19 +77,6 @@ pub fn mip(
     }?;
     writer.finish()?;
     Ok(())
-}
-
-/// How the map's tiles are packed. Tiles that packing didn't make smaller are
-/// plain among packed ones, and a map without any says nothing.
-fn block_of(map: &MapReader) -> Result<Block> {
-    let mut blocks = map
-        .directory(0)?
-        .iter()
-        .filter(|(_, entry)| !entry.is_empty())
-        .map(|(_, entry)| Block::from_tag(entry.block))
-        .peekable();
-    let is_plain = blocks.peek().is_some() && blocks.all(|block| block == Some(Block::Plain));
-    Ok(if is_plain { Block::Plain } else { Block::Zstd })
 }
 
 /// Level 0 of a map, as it is stored.

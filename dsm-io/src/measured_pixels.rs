@@ -1,0 +1,90 @@
+//! Compression that measures its own error.
+
+use dsm_core::{
+    GreedyCompressor, PixelLists, PixelListsBuilder, SumVertex, Tolerance, Transmittance,
+    VisibilityDifference, VisibilityView,
+};
+
+use crate::{AchievedError, Result};
+
+/// Compresses pixels row by row and measures, on the `f32` values that are
+/// stored, what that costs.
+#[derive(Debug)]
+pub(crate) struct MeasuredPixels<T> {
+    pixels: PixelListsBuilder<T>,
+    tolerance: Tolerance,
+    count: u32,
+    max: f64,
+    means: f64,
+}
+
+impl<T: Transmittance> MeasuredPixels<T> {
+    /// For width × height pixels, none of which may be off by more than
+    /// `tolerance` in the end.
+    pub(crate) fn new([width, height]: [u32; 2], tolerance: Tolerance) -> Self {
+        let pixels = PixelListsBuilder::new(width, height);
+        Self { pixels, tolerance, count: 0, max: 0.0, means: 0.0 }
+    }
+
+    /// Adds a pixel whose function ends with the last of these vertices and is
+    /// off by `inherited` already: the rest of the tolerance is left for its
+    /// compression. Returns its error.
+    pub(crate) fn push(&mut self, vertices: &[SumVertex<T>], inherited: f64) -> Result<f64> {
+        let tolerance = self.tolerance.after(inherited);
+        GreedyCompressor::compress_all(tolerance, vertices, |vertex| self.pixels.push(vertex));
+        self.pixels.finish_pixel()?;
+        let compressed = self.pixels.last_pixel().unwrap_or(VisibilityView::clear());
+        let difference = VisibilityDifference::between(vertices, &compressed);
+        let error = difference.max() + inherited;
+        self.count += 1;
+        self.max = self.max.max(error);
+        self.means += difference.mean() + inherited;
+        Ok(error)
+    }
+
+    /// Adds a pixel that is 1 everywhere.
+    pub(crate) fn push_clear(&mut self) -> Result<()> {
+        self.count += 1;
+        Ok(self.pixels.finish_pixel()?)
+    }
+
+    /// The largest error of any pixel so far.
+    pub(crate) const fn max(&self) -> f64 {
+        self.max
+    }
+
+    /// The pixels' mean errors so far, added up.
+    pub(crate) const fn means(&self) -> f64 {
+        self.means
+    }
+
+    /// The compressed pixels, and the errors of all of them.
+    pub(crate) fn finish(self) -> Result<(PixelLists<T>, AchievedError)> {
+        let mean = self.means / f64::from(self.count.max(1));
+        Ok((self.pixels.finish()?, AchievedError::enclosing(self.max, mean)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dsm_core::Vertex;
+
+    #[test]
+    fn errors_are_those_of_the_stored_values() {
+        let tolerance = Tolerance::new(0.1).unwrap();
+        let mut pixels = MeasuredPixels::<f32>::new([3, 1], tolerance);
+        // Two steps that one ramp replaces, and what was spent before.
+        let steps = [(1.0, 1.0), (1.0, 0.95), (2.0, 0.95), (2.0, 0.9)];
+        let steps = steps.map(|(z, value)| Vertex::new(z, [value]));
+        let error = pixels.push(&steps, 0.03).unwrap();
+        assert!((0.03..=0.1).contains(&error) && error > 0.031, "{error}");
+        pixels.push_clear().unwrap();
+        pixels.push(&[], 0.0).unwrap();
+        assert_eq!(pixels.max(), error);
+        let means = pixels.means();
+        let (lists, achieved) = pixels.finish().unwrap();
+        assert!(lists.view().vertex_count() < 4);
+        assert_eq!(achieved, AchievedError::enclosing(error, means / 3.0));
+    }
+}
