@@ -4,8 +4,8 @@ use crate::{Transmittance, TransmittanceFunction, Vertex, VisibilityFunction, Vi
 
 /// A piecewise linear function of depth, 1 before its first vertex and
 /// constant behind its last: a stored [`VisibilityView`], the vertices of one
-/// that is not compressed yet, or a [`TransmittanceFunction`]. Depths don't decrease, and at most two
-/// vertices share one.
+/// that is not compressed yet, or a [`TransmittanceFunction`]. Depths don't
+/// decrease, and at most two vertices share one.
 pub trait Polyline {
     /// One `f64` a channel: [`Transmittance::Sum`].
     type Sum: Copy + AsRef<[f64]> + AsMut<[f64]>;

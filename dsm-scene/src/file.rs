@@ -272,7 +272,7 @@ fn make_object(table: &ObjectTable, shapes: &mut Shapes<'_>) -> Result<Vec<Objec
                 let curves = load_curves(path)?;
                 Ok(Shape::Curves(match table.thickness {
                     Some(diameter) => curves.with_thickness(diameter).map_err(|_| {
-                        let reason = "must be finite and at least 0";
+                        let reason = "must lie between 0 and 2e18";
                         Error::malformed(Place::Named("thickness".into()), reason)
                     })?,
                     None => curves,

@@ -5,8 +5,8 @@
 //! with its exact ray. A block of pixels goes through these steps:
 //! [`layer`] (primitives of one kind, with the [`bins`] that find those near a
 //! block) → [`outline`] (rows of cells that each can cover) → [`cell_lists`]
-//! (cell by cell) → [`kernel`] (16 rays at a time) → [`found`]. [`leveled`] holds what
-//! is compiled for each level of instructions.
+//! (cell by cell) → [`kernel`] (16 rays at a time) → [`found`]. [`leveled`] holds
+//! what is compiled for each level of instructions.
 //!
 //! Everything is computed from the map's pixel and the primitive alone, and in
 //! one order, so that neither blocks nor threads nor processors show in a map.

@@ -269,13 +269,9 @@ pub(crate) fn scaled<T: Transmittance>(colour: Rgb, factor: f32) -> T {
 
 /// One box a primitive.
 fn primitive_boxes(shape: &Shape) -> Vec<Bounds> {
-    let bounds = |points: &[DVec3], radius: f64| Bounds {
-        min: points.iter().copied().fold(DVec3::INFINITY, DVec3::min) - radius,
-        max: points.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max) + radius,
-    };
     match shape {
         Shape::Mesh(mesh) => (0..mesh.triangles().len())
-            .map(|index| bounds(&mesh.corners(index).map(|corner| corner.as_dvec3()), 0.0))
+            .map(|index| Bounds::of_balls(mesh.corners(index).map(|corner| (corner, 0.0))))
             .collect(),
         Shape::Curves(curves) => (0..curves.segments().len())
             .map(|index| Bounds::of_balls(curves.segment(index)))

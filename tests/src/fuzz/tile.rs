@@ -14,7 +14,7 @@ use crate::forge::{Assembly, Forge};
 /// # Panics
 ///
 /// If a tile that is accepted breaks the rules of visibility functions, or
-/// comes back otherwise when it is written again.
+/// cannot be written again.
 pub fn tile(bytes: &[u8]) -> bool {
     let Some((&[width, height, channels, block, differences, agree], rest)) =
         bytes.split_first_chunk()
