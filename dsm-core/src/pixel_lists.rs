@@ -303,6 +303,21 @@ impl<T: Transmittance> PixelListsBuilder<T> {
         Some(VisibilityView::unchecked(&z[first..], &values[first_value..]))
     }
 
+    /// The pixels that were finished, however many, as a map of one row: for
+    /// lists of functions that are no rectangle.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::TooLarge`] past 2³² − 1 pixels.
+    pub fn finish_row(mut self) -> Result<PixelLists<T>> {
+        let count = self.lists.starts.len() as u64 - 1;
+        let limit = u64::from(u32::MAX);
+        let too_large = |_| Error::TooLarge { what: "functions in one row", count, limit };
+        self.lists.width = u32::try_from(count).map_err(too_large)?;
+        self.lists.height = 1;
+        Ok(self.lists)
+    }
+
     /// The finished lists.
     ///
     /// # Errors
@@ -368,6 +383,21 @@ mod tests {
             (&[0, 1, 2], &[1.0, 2.0], &[1.0, 0.5]),
         ] {
             assert!(lists(starts, z, values).is_err(), "{starts:?}");
+        }
+    }
+
+    #[test]
+    fn any_number_of_pixels_makes_a_row() {
+        for count in [0, 1, 3] {
+            let mut builder = PixelListsBuilder::new(0, 0);
+            for _ in 0..count {
+                builder.push(Vertex::new(1.0, 1.0_f32));
+                builder.finish_pixel().unwrap();
+            }
+            let row = builder.finish_row().unwrap();
+            let view = row.view();
+            assert_eq!([view.width(), view.height()], [count, 1]);
+            assert_eq!(view.functions().len(), count as usize);
         }
     }
 

@@ -11,19 +11,31 @@
 //! shadows of it.
 
 mod blocking;
+mod build;
 mod depth_map;
 mod hash;
+mod layer;
+mod layered_pixels;
 mod light_frame;
+mod multilayer_map;
+mod multilayer_settings;
 mod pcf;
 mod pyramid;
+mod row_order;
+mod run_builder;
 mod shadow_ray;
 mod strata;
 mod tap_region;
 mod walk;
 
 pub use blocking::Blocking;
+pub use build::{BakedLayers, MultilayerBaker};
 pub use depth_map::{DepthMap, DepthMapSettings};
+pub use layer::{Layer, LayerRun};
+pub use layered_pixels::{LayeredPixels, LayeredPixelsBuilder};
 pub use light_frame::LightFrame;
+pub use multilayer_map::MultilayerMap;
+pub use multilayer_settings::{LayeredInfo, Layering, MultilayerSettings};
 pub use pcf::PercentageCloserFilter;
 pub use pyramid::MinMaxPyramid;
 pub use shadow_ray::{RayClip, ShadowRay};

@@ -1,0 +1,208 @@
+//! From what a shadow camera sees to the tiles of a multilayer transparent
+//! shadow map (Xie, Tabellion & Pearce 2007, §5.1).
+
+use std::ops::{ControlFlow, Range};
+use std::sync::{Mutex, PoisonError};
+
+use dsm_core::{BakeProgress, Baker, Error, HitSource, Result, SampledPixel, Transmittance};
+
+use crate::row_order::RowOrder;
+use crate::run_builder::RunBuilder;
+use crate::{
+    Layer, LayeredInfo, LayeredPixels, LayeredPixelsBuilder, MultilayerMap, MultilayerSettings,
+};
+
+/// Bakes multilayer transparent shadow maps: the construction of deep shadow
+/// maps, with the number of samples between layers, and with runs. Where the
+/// light left in a pixel comes to 0 (an eighth of the tolerance is as good as
+/// 0), the run ends at exactly 0, and the next one starts with light of 1 for
+/// all of the pixel's rays, just behind that depth.
+///
+/// Within each run every layer keeps the tolerance: |V′ − V| ≤ ε at every depth
+/// up to the run's end, where V is the weighted sum of the rays' transmittance
+/// from the run's start on.
+///
+/// A *sample* is a place where the transmittance of one of the pixel's rays
+/// falls: its surfaces at one depth, or a chord of a medium. What is behind
+/// something opaque, within a run, counts for nothing. The counts of layers that
+/// compression removes are added to the layer behind them.
+///
+/// **Cost.** O(runs · h log h) for the h hits under a pixel's filter.
+#[derive(Debug)]
+pub struct MultilayerBaker<T: Transmittance, S> {
+    baker: Baker<T, S>,
+    settings: MultilayerSettings,
+    /// What threads that are between two tiles have left here.
+    spare: Mutex<Vec<RunBuilder<T>>>,
+}
+
+/// A tile of layers that was baked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BakedLayers<P> {
+    /// Column and row among the tiles of the map.
+    pub tile: [u32; 2],
+    /// The tile's pixels.
+    pub pixels: P,
+    /// The largest error of any run, measured in `f64` on the `f32` values
+    /// before layers above the most were left out.
+    pub max_error: f64,
+    /// The mean of the pixels' mean errors.
+    pub mean_error: f64,
+    /// How many surfaces and stretches of media its samples met.
+    pub hits: u64,
+    /// Pixels of which layers were left out, because they had too many.
+    pub cut_pixels: u64,
+}
+
+impl<T: Transmittance, S: HitSource<T>> MultilayerBaker<T, S> {
+    /// A baker of what `source` shows.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Setting`] for settings out of range, and [`Error::Camera`] for
+    /// a camera without a matrix.
+    pub fn new(source: S, settings: MultilayerSettings) -> Result<Self> {
+        settings.check()?;
+        let baker = Baker::new(source, settings.bake.clone())?;
+        Ok(Self { baker, settings, spare: Mutex::default() })
+    }
+
+    /// The settings.
+    #[must_use]
+    pub const fn settings(&self) -> &MultilayerSettings {
+        &self.settings
+    }
+
+    /// What the map says of itself.
+    #[must_use]
+    pub fn info(&self) -> LayeredInfo {
+        self.settings.info(self.baker.info())
+    }
+
+    /// Bakes one tile.
+    ///
+    /// # Errors
+    ///
+    /// As [`Baker::sampled_tile`].
+    pub fn tile(
+        &self,
+        tile: [u32; 2],
+    ) -> std::result::Result<BakedLayers<LayeredPixels<T>>, S::Error> {
+        let spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let builder = spare.unwrap_or_else(|| RunBuilder::new(&self.settings));
+        let mut pixels = TileRuns::new(builder, tile_block(&self.settings.bake, tile));
+        let baked = self.baker.sampled_tile(tile, |pixel| pixels.push(&pixel));
+        let tile = baked.and_then(|hits| Ok(pixels.finish(tile, hits)?));
+        self.spare.lock().unwrap_or_else(PoisonError::into_inner).push(pixels.builder);
+        tile
+    }
+
+    /// Bakes all tiles, in parallel and in order, as [`Baker::run`] does.
+    ///
+    /// # Errors
+    ///
+    /// As [`Baker::run`].
+    pub fn run<U: Send, E: From<S::Error> + Send>(
+        &self,
+        encode: impl Fn(BakedLayers<LayeredPixels<T>>) -> std::result::Result<U, E> + Sync,
+        sink: impl FnMut(U) -> std::result::Result<(), E> + Send,
+        watch: impl Fn(BakeProgress) -> ControlFlow<()> + Sync,
+    ) -> std::result::Result<ControlFlow<()>, E> {
+        self.baker.run_tiles(|tile| encode(self.tile(tile)?), sink, watch)
+    }
+
+    /// Bakes a map in memory: the crop, if there is one.
+    ///
+    /// # Errors
+    ///
+    /// As [`Baker::map`].
+    pub fn map(&self) -> std::result::Result<MultilayerMap<T>, S::Error> {
+        let [left, top, right, bottom] = self.settings.bake.window();
+        let tile_size = self.settings.bake.tile_size;
+        let mut rows = RowOrder::new((right.div_ceil(tile_size) - left / tile_size) as usize);
+        let mut pixels = LayeredPixelsBuilder::new(right - left, bottom - top);
+        let sink = |tile: BakedLayers<LayeredPixels<T>>| {
+            Ok(rows.push(tile.pixels, |tile, pixel| pixels.copy_pixel(tile, pixel))?)
+        };
+        let never = |_| ControlFlow::Continue(());
+        self.run::<_, S::Error>(Ok, sink, never).map(drop)?;
+        Ok(MultilayerMap::new(self.info(), pixels.finish()?))
+    }
+}
+
+/// First pixel and size of a tile.
+pub(crate) fn tile_block(settings: &dsm_core::BakeSettings, tile: [u32; 2]) -> [[u32; 2]; 2] {
+    let min = tile.map(|index| index.saturating_mul(settings.tile_size));
+    let size =
+        [0, 1].map(|axis| settings.size[axis].saturating_sub(min[axis]).min(settings.tile_size));
+    [min, size]
+}
+
+/// The runs of a tile's pixels, in any order.
+struct TileRuns<T: Transmittance> {
+    builder: RunBuilder<T>,
+    min: [u32; 2],
+    size: [u32; 2],
+    layers: Vec<Layer<T>>,
+    runs: Vec<Range<usize>>,
+    /// Each pixel's runs, row by row.
+    pixels: Vec<Range<usize>>,
+    max_error: f64,
+    mean_errors: f64,
+    cut_pixels: u64,
+}
+
+impl<T: Transmittance> TileRuns<T> {
+    fn new(builder: RunBuilder<T>, [min, size]: [[u32; 2]; 2]) -> Self {
+        let pixels = vec![0..0; size[0] as usize * size[1] as usize];
+        Self {
+            builder,
+            min,
+            size,
+            layers: Vec::new(),
+            runs: Vec::new(),
+            pixels,
+            max_error: 0.0,
+            mean_errors: 0.0,
+            cut_pixels: 0,
+        }
+    }
+
+    fn push(&mut self, pixel: &SampledPixel<'_, T>) {
+        let [x, y] = [0, 1].map(|axis| (pixel.pixel()[axis] - self.min[axis]) as usize);
+        let built = self.builder.build(pixel);
+        let first = self.runs.len();
+        for run in built.runs() {
+            let start = self.layers.len();
+            self.layers.extend_from_slice(run);
+            self.runs.push(start..self.layers.len());
+        }
+        self.pixels[y * self.size[0] as usize + x] = first..self.runs.len();
+        self.max_error = self.max_error.max(built.max_error);
+        self.mean_errors += built.mean_error;
+        self.cut_pixels += u64::from(built.is_cut);
+    }
+
+    fn finish(
+        &self,
+        tile: [u32; 2],
+        hits: u64,
+    ) -> std::result::Result<BakedLayers<LayeredPixels<T>>, Error> {
+        let mut pixels = LayeredPixelsBuilder::new(self.size[0], self.size[1]);
+        for runs in &self.pixels {
+            for run in &self.runs[runs.clone()] {
+                pixels.push_run(self.layers[run.clone()].iter().copied())?;
+            }
+            pixels.finish_pixel()?;
+        }
+        let mean = self.mean_errors / self.pixels.len().max(1) as f64;
+        Ok(BakedLayers {
+            tile,
+            pixels: pixels.finish()?,
+            max_error: self.max_error,
+            mean_error: mean.min(self.max_error),
+            hits,
+            cut_pixels: self.cut_pixels,
+        })
+    }
+}

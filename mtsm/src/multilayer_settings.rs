@@ -1,0 +1,96 @@
+//! What a bake of a layered map is asked for.
+
+use dsm_core::{BakeSettings, Error, MapInfo, Result, Tolerance};
+use serde::{Deserialize, Serialize};
+
+/// How a layered map is sampled and built.
+///
+/// ```
+/// use dsm_core::{BakeSettings, PixelSampling};
+/// use mtsm::MultilayerSettings;
+///
+/// // One ray through each pixel's centre at mid-shutter.
+/// let settings = MultilayerSettings::new([512, 512])?;
+/// assert_eq!(settings.bake.sampling, PixelSampling::centre());
+/// assert_eq!((settings.max_layers, settings.resets), (32, 4));
+/// assert_eq!(settings.tolerance().epsilon(), 0.02);
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct MultilayerSettings {
+    /// Size, tiles, samples, filter, tolerance and camera.
+    pub bake: BakeSettings,
+    /// How often the light that is left of a pixel is set to 1 again after it
+    /// has come to 0 (Xie, Tabellion & Pearce 2007, §5.1).
+    pub resets: u32,
+    /// The most layers of a pixel at which its light falls, at least 1: the
+    /// nearest are kept. The paper's maps have 5; hair needs more.
+    pub max_layers: u32,
+    /// The depth of the light's centre, where the camera was moved back from it
+    /// (equation 4): hits up to there are dropped. Finite and at least 0.
+    pub light_depth: f32,
+}
+
+impl MultilayerSettings {
+    /// The tolerance of layered maps unless another is asked for.
+    pub const TOLERANCE: f32 = 0.02;
+
+    /// A map of `size` pixels from one ray through each pixel's centre, with 4
+    /// resets and 32 layers, at a tolerance of [`Self::TOLERANCE`].
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Setting`] as [`BakeSettings::new`].
+    pub fn new(size: [u32; 2]) -> Result<Self> {
+        let mut bake = BakeSettings::new(size)?;
+        bake.sampling = dsm_core::PixelSampling::centre();
+        bake.tolerance = Some(Tolerance::new(Self::TOLERANCE)?);
+        Ok(Self { bake, resets: 4, max_layers: 32, light_depth: 0.0 })
+    }
+
+    /// The tolerance: as it was set, or [`BakeSettings::tolerance`].
+    #[must_use]
+    pub fn tolerance(&self) -> Tolerance {
+        self.bake.tolerance()
+    }
+
+    /// What is wrong.
+    pub(crate) fn check(&self) -> Result<()> {
+        let refuse = |setting, reason| Err(Error::Setting { setting, reason });
+        if self.max_layers == 0 {
+            return refuse("layers", "a pixel must be allowed at least 1");
+        }
+        if !(0.0..f32::INFINITY).contains(&self.light_depth) {
+            return refuse("light depth", "it must be finite and not negative");
+        }
+        Ok(())
+    }
+
+    /// What a map says of itself that a bake says this of.
+    pub(crate) const fn info(&self, map: MapInfo) -> LayeredInfo {
+        let Self { resets, max_layers, light_depth, .. } = *self;
+        let layering = Layering { resets, max_layers, light_depth };
+        LayeredInfo { map, layering }
+    }
+}
+
+/// How the layers of a map were chosen, as its header keeps it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Layering {
+    /// How often a pixel's light was set to 1 again at most; 0 where layers do
+    /// not stand in runs.
+    pub resets: u32,
+    /// The most layers of a pixel.
+    pub max_layers: u32,
+    /// The depth of the light's centre; see [`MultilayerSettings::light_depth`].
+    pub light_depth: f32,
+}
+
+/// What a layered map says of itself, besides its pixels.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LayeredInfo {
+    /// Camera, light, tolerance, samples, filter and windows.
+    pub map: MapInfo,
+    /// How the layers were chosen.
+    pub layering: Layering,
+}

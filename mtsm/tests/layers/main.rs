@@ -1,0 +1,7 @@
+//! Layered maps against naive sums of what their rays meet.
+
+#![expect(clippy::unwrap_used, reason = "a test may panic")]
+
+mod config;
+mod oracle;
+mod runs;
