@@ -136,7 +136,8 @@ impl Filter {
     }
 
     /// Whether the filter covers its pixel evenly and nothing beyond.
-    pub(crate) fn is_pixel(self) -> bool {
+    #[must_use]
+    pub fn is_pixel(self) -> bool {
         self.shape == FilterShape::Box && self.width == 1.0
     }
 

@@ -9,7 +9,8 @@ use dsm_core::{BakeProgress, Baker, Error, HitSource, Result, SampledPixel, Tran
 use crate::row_order::RowOrder;
 use crate::run_builder::RunBuilder;
 use crate::{
-    Layer, LayeredInfo, LayeredPixels, LayeredPixelsBuilder, MultilayerMap, MultilayerSettings,
+    DepthLayers, Layer, LayeredInfo, LayeredPixels, LayeredPixelsBuilder, MultilayerDepthMap,
+    MultilayerMap, MultilayerSettings,
 };
 
 /// Bakes multilayer transparent shadow maps: the construction of deep shadow
@@ -111,6 +112,81 @@ impl<T: Transmittance, S: HitSource<T>> MultilayerBaker<T, S> {
         self.baker.run_tiles(|tile| encode(self.tile(tile)?), sink, watch)
     }
 
+    /// Bakes one tile of a multilayer depth map (§4.2): of each pixel the
+    /// nearest surfaces that its ray meets, by insertion. Media are left out.
+    ///
+    /// # Errors
+    ///
+    /// As [`Baker::sampled_tile`], and [`Error::Setting`] if a pixel has more
+    /// than one ray.
+    pub fn depth_tile(
+        &self,
+        tile: [u32; 2],
+    ) -> std::result::Result<BakedLayers<DepthLayers<T>>, S::Error> {
+        let bake = &self.settings.bake;
+        if bake.sampling.samples_per_pixel() != 1 || !bake.filter.is_pixel() {
+            let reason = "a multilayer depth map has one ray a pixel";
+            return Err(Error::Setting { setting: "samples", reason }.into());
+        }
+        let [min, [width, height]] = tile_block(bake, tile);
+        // Pixels come in any order.
+        let mut lists = vec![0..0; width as usize * height as usize];
+        let mut surfaces = Vec::new();
+        let hits = self.baker.sampled_tile(tile, |pixel| {
+            let [x, y] = [0, 1].map(|axis| (pixel.pixel()[axis] - min[axis]) as usize);
+            let start = surfaces.len();
+            let met = pixel.rays().iter().flat_map(|ray| ray.surfaces());
+            surfaces.extend(met.filter(|hit| hit.depth > self.settings.light_depth).copied());
+            lists[y * width as usize + x] = start..surfaces.len();
+        })?;
+        let mut pixels = DepthLayers::clear(width, height, self.settings.max_layers);
+        let mut cut_pixels = 0;
+        for list in lists {
+            cut_pixels += u64::from(list.len() > self.settings.max_layers as usize);
+            surfaces[list].iter().for_each(|&hit| pixels.insert(hit));
+            pixels.finish_pixel()?;
+        }
+        Ok(BakedLayers { tile, pixels, max_error: 0.0, mean_error: 0.0, hits, cut_pixels })
+    }
+
+    /// Bakes all tiles of a multilayer depth map, as [`Self::run`] does.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::run`] and [`Self::depth_tile`].
+    pub fn run_depths<U: Send, E: From<S::Error> + Send>(
+        &self,
+        encode: impl Fn(BakedLayers<DepthLayers<T>>) -> std::result::Result<U, E> + Sync,
+        sink: impl FnMut(U) -> std::result::Result<(), E> + Send,
+        watch: impl Fn(BakeProgress) -> ControlFlow<()> + Sync,
+    ) -> std::result::Result<ControlFlow<()>, E> {
+        self.baker.run_tiles(|tile| encode(self.depth_tile(tile)?), sink, watch)
+    }
+
+    /// Bakes a multilayer depth map in memory: the crop, if there is one.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::run_depths`].
+    pub fn depth_map(&self) -> std::result::Result<MultilayerDepthMap<T>, S::Error> {
+        let [left, top, right, bottom] = self.settings.bake.window();
+        let mut rows = RowOrder::new(self.tile_columns());
+        let mut pixels = DepthLayers::clear(right - left, bottom - top, self.settings.max_layers);
+        let sink = |tile: BakedLayers<DepthLayers<T>>| {
+            Ok(rows.push(tile.pixels, |tile, pixel| pixels.copy_pixel(tile, pixel))?)
+        };
+        let never = |_| ControlFlow::Continue(());
+        self.run_depths::<_, S::Error>(Ok, sink, never).map(drop)?;
+        Ok(MultilayerDepthMap::new(self.info(), pixels))
+    }
+
+    /// Tiles in a row of what is baked.
+    fn tile_columns(&self) -> usize {
+        let [left, _, right, _] = self.settings.bake.window();
+        let tile_size = self.settings.bake.tile_size;
+        (right.div_ceil(tile_size) - left / tile_size) as usize
+    }
+
     /// Bakes a map in memory: the crop, if there is one.
     ///
     /// # Errors
@@ -118,8 +194,7 @@ impl<T: Transmittance, S: HitSource<T>> MultilayerBaker<T, S> {
     /// As [`Baker::map`].
     pub fn map(&self) -> std::result::Result<MultilayerMap<T>, S::Error> {
         let [left, top, right, bottom] = self.settings.bake.window();
-        let tile_size = self.settings.bake.tile_size;
-        let mut rows = RowOrder::new((right.div_ceil(tile_size) - left / tile_size) as usize);
+        let mut rows = RowOrder::new(self.tile_columns());
         let mut pixels = LayeredPixelsBuilder::new(right - left, bottom - top);
         let sink = |tile: BakedLayers<LayeredPixels<T>>| {
             Ok(rows.push(tile.pixels, |tile, pixel| pixels.copy_pixel(tile, pixel))?)

@@ -7,11 +7,17 @@
 //! [`MinMaxPyramid`] → [`walk_pixels`], which hands each pixel that may hold a
 //! layer of the ray to a [`PixelLeaf`].
 //!
+//! [`MultilayerBaker`] makes [`MultilayerMap`]s (§5) and [`MultilayerDepthMap`]s
+//! (§4.2). They answer [`dsm_core::VisibilityField`], the former with their
+//! first run of layers, so that the filtered lookup of `dsm-core` serves them as
+//! it serves a deep shadow map.
+//!
 //! [`DepthMap`] keeps one depth a sample; [`PercentageCloserFilter`] makes soft
 //! shadows of it.
 
 mod blocking;
 mod build;
+mod depth_layers;
 mod depth_map;
 mod hash;
 mod layer;
@@ -30,6 +36,7 @@ mod walk;
 
 pub use blocking::Blocking;
 pub use build::{BakedLayers, MultilayerBaker};
+pub use depth_layers::{DepthLayers, MultilayerDepthMap};
 pub use depth_map::{DepthMap, DepthMapSettings};
 pub use layer::{Layer, LayerRun};
 pub use layered_pixels::{LayeredPixels, LayeredPixelsBuilder};

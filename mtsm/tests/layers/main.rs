@@ -3,5 +3,6 @@
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 mod config;
+mod depths;
 mod oracle;
 mod runs;
