@@ -78,6 +78,34 @@ impl PixelSampling {
         Self { seed: 0, jittered: false, cells: vec![Cell { min: [0.5; 2], size: [0.0; 2] }] }
     }
 
+    /// `side` × `side` samples a pixel, row by row through the centres of equal
+    /// squares, when the shutter is half way: what coverage masks are made of.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Setting`] unless there are 1 to [`Self::MAX_SAMPLES`].
+    ///
+    /// ```
+    /// use dsm_core::{PixelSampling, TileSamples};
+    ///
+    /// let samples = TileSamples::new(&PixelSampling::grid(2)?, [3, 0], [1, 1], None)?;
+    /// assert_eq!(samples.x(), [3.25, 3.75, 3.25, 3.75]);
+    /// assert_eq!(samples.y(), [0.25, 0.25, 0.75, 0.75]);
+    /// # Ok::<(), dsm_core::Error>(())
+    /// ```
+    pub fn grid(side: u32) -> Result<Self> {
+        let samples = side.saturating_mul(side);
+        if !(1..=Self::MAX_SAMPLES).contains(&samples) {
+            let reason = "there must be 1 to 4096 a pixel";
+            return Err(Error::Setting { setting: "samples", reason });
+        }
+        let centre = |index: u32| (f64::from(index) + 0.5) / f64::from(side);
+        let cells = (0..samples)
+            .map(|index| Cell { min: [centre(index % side), centre(index / side)], size: [0.0; 2] })
+            .collect();
+        Ok(Self { seed: 0, jittered: false, cells })
+    }
+
     /// Samples a pixel.
     #[must_use]
     pub fn samples_per_pixel(&self) -> u32 {
@@ -94,7 +122,7 @@ impl PixelSampling {
         mut sink: impl FnMut(f64, f64, f32),
     ) {
         if !self.jittered {
-            sink(0.5, 0.5, 0.5);
+            self.cells.iter().for_each(|cell| sink(cell.min[0], cell.min[1], 0.5));
             return;
         }
         let [x, y] = pixel.map(|coordinate| u64::from(coordinate as u32));
@@ -219,6 +247,9 @@ mod tests {
     fn neither_none_nor_too_many() {
         assert!(PixelSampling::new(0, 0).is_err());
         assert!(PixelSampling::new(4097, 0).is_err());
+        assert!(PixelSampling::grid(0).is_err());
+        assert!(PixelSampling::grid(65).is_err());
+        assert!(PixelSampling::grid(1 << 16).is_err());
         assert_eq!(samples(&PixelSampling::centre(), [1, 2]), [(0.5, 0.5, 0.5)]);
     }
 }

@@ -130,6 +130,29 @@ impl<T: Transmittance> TileHits<T> {
         Ok(())
     }
 
+    /// Adds surfaces of one opacity and one normal, as a triangle has: camera
+    /// space, right-handed, the camera looks down −z, any length, to either
+    /// side.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::push_surfaces`].
+    pub fn push_surfaces_with_normal(
+        &mut self,
+        samples: &[u32],
+        depths: &[f32],
+        opacity: T,
+        normal: Vec3,
+    ) -> Result<()> {
+        let first = self.surfaces.len();
+        self.push_surfaces(samples, depths, opacity)?;
+        if self.wants_normals {
+            // Hits are numbered by u32, as their samples are.
+            self.normals.extend((first..self.surfaces.len()).map(|hit| (hit as u32, normal)));
+        }
+        Ok(())
+    }
+
     /// Adds surfaces, each a sample, a depth and an opacity.
     ///
     /// # Errors
@@ -340,6 +363,9 @@ mod tests {
             assert!(hits.push_surface_with_normal(sample, hit, Vec3::Z).is_err());
             let (samples, depths) = ([1, sample], [2.0, hit.depth]);
             assert!(hits.push_surfaces(&samples, &depths, hit.opacity).is_err());
+            let with_normal =
+                hits.push_surfaces_with_normal(&samples, &depths, hit.opacity, Vec3::Z);
+            assert!(with_normal.is_err());
             assert!(hits.push_surface_columns(&samples, &depths, &[0.5, hit.opacity]).is_err());
         }
         assert!(hits.push_surfaces(&[0, 1], &[1.0, f32::NAN], 0.5).is_err());
@@ -390,6 +416,9 @@ mod tests {
         hits.push_surface_with_normal(0, clear, Vec3::X).unwrap();
         hits.push_surface_with_normal(0, hit, Vec3::Z).unwrap();
         assert_eq!(hits.normals(), [(1, Vec3::Z)]);
+        hits.push_surfaces_with_normal(&[0], &[2.0], 0.0, Vec3::X).unwrap();
+        hits.push_surfaces_with_normal(&[0, 0], &[2.0, 3.0], 0.5, Vec3::Y).unwrap();
+        assert_eq!(hits.normals(), [(1, Vec3::Z), (2, Vec3::Y), (3, Vec3::Y)]);
         hits.reset(1);
         assert!(hits.is_empty() && hits.normals().is_empty() && hits.wants_normals());
         let mut hits = TileHits::new(1);

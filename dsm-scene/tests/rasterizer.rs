@@ -105,10 +105,45 @@ fn what_moves_meets_the_same() {
 
 #[test]
 fn normals_are_those_of_the_tracer() {
-    let scene = mixed(Transform::default());
-    let view = scene.light.raster([16, 16]).unwrap();
-    let samples = TileSamples::new(&PixelSampling::centre(), [0, 0], [16, 16], None).unwrap();
-    let mut hits = TileHits::<f32>::with_normals(samples.len());
-    SceneRasterizer::new(&scene, view).unwrap().hits(&samples, &mut hits).unwrap();
-    assert!(hits.normals().len() > 5);
+    // Perspective and parallel, still and moving: the same planes, hit for hit.
+    let shifted = Transform { translate: DVec3::new(0.4, -0.2, 0.3), ..Transform::default() };
+    for (close, angle) in [(Transform::default(), 40.0), (shifted, 40.0), (shifted, 0.0)] {
+        let mut scene = mixed(close);
+        if angle == 0.0 {
+            scene.light.projection = Projection::Orthographic { extent: 3.0 };
+        }
+        let view = scene.light.raster([24, 24]).unwrap();
+        let sampling = PixelSampling::new(4, 3).unwrap();
+        let samples = TileSamples::new(&sampling, [0, 0], [24, 24], None).unwrap();
+        let [mut rastered, mut traced] =
+            [0, 1].map(|_| TileHits::<f32>::with_normals(samples.len()));
+        SceneRasterizer::new(&scene, view).unwrap().hits(&samples, &mut rastered).unwrap();
+        let tracer = TracedScene::new(&scene).unwrap();
+        SceneHitSource::new(&tracer, view).hits(&samples, &mut traced).unwrap();
+        let planes = |hits: &TileHits<f32>| {
+            let surfaces: Vec<_> = hits.surfaces().collect();
+            let plane = |&(hit, normal): &(u32, Vec3)| {
+                let (sample, hit) = surfaces[hit as usize];
+                (sample, hit.depth, normal)
+            };
+            let mut planes: Vec<_> = hits.normals().iter().map(plane).collect();
+            planes.sort_by(|a, b| (a.0, a.1).partial_cmp(&(b.0, b.1)).unwrap());
+            planes
+        };
+        let (rastered, traced) = (planes(&rastered), planes(&traced));
+        // Rays that graze an edge may miss.
+        let mut same = 0;
+        for have in &rastered {
+            let near = |want: &&(u32, f32, Vec3)| {
+                want.0 == have.0 && (have.1 - want.1).abs() < 1e-4 * want.1
+            };
+            if let Some(want) = traced.iter().find(near) {
+                // To either side.
+                assert!(have.2.cross(want.2).length() < 1e-4, "{have:?} {want:?}");
+                same += 1;
+            }
+        }
+        let counts = [same, rastered.len(), traced.len()];
+        assert!(same > 50 && same + 3 >= rastered.len().max(traced.len()), "{counts:?}");
+    }
 }

@@ -1,8 +1,10 @@
 //! The hits of one cell.
 
-use dsm_core::{Result, TileHits, Transmittance};
+use dsm_core::{Result, TileHits, TileSamples, Transmittance};
 
 use super::cells::LANES;
+use super::primitive::Primitive;
+use super::rays::Rays;
 
 /// Hits in columns, as they are found. Keeps its memory from cell to cell.
 #[derive(Clone, Debug, Default)]
@@ -12,6 +14,10 @@ pub(super) struct Found {
     pub(super) samples: Vec<u32>,
     pub(super) depths: Vec<f32>,
     pub(super) count: usize,
+    /// Whether `items` is kept.
+    pub(super) keeps_items: bool,
+    /// Each primitive that was met, and the count after it.
+    pub(super) items: Vec<(u32, usize)>,
 }
 
 impl Found {
@@ -19,6 +25,7 @@ impl Found {
     #[inline(always)]
     pub(super) fn reset(&mut self, vectors: usize) {
         self.count = 0;
+        self.items.clear();
         let room = (vectors + 1) * LANES;
         if self.samples.len() < room {
             self.samples.resize(room, 0);
@@ -30,5 +37,35 @@ impl Found {
     #[inline]
     pub(super) fn push<T: Transmittance>(&self, opacity: T, hits: &mut TileHits<T>) -> Result<()> {
         hits.push_surfaces(&self.samples[..self.count], &self.depths[..self.count], opacity)
+    }
+
+    /// Hands over the hits, each with the normal of its primitive.
+    pub(super) fn push_with_normals<T: Transmittance, P: Primitive>(
+        &self,
+        opacity: T,
+        primitives: &[P],
+        rays: &Rays,
+        samples: &TileSamples,
+        hits: &mut TileHits<T>,
+    ) -> Result<()> {
+        let mut start = 0;
+        for &(item, end) in &self.items {
+            let primitive = &primitives[item as usize];
+            // What moves has a normal for each time.
+            let step = if P::MOVES { 1 } else { end - start };
+            while start < end {
+                let run = start..start + step;
+                let (found, depths) = (&self.samples[run.clone()], &self.depths[run]);
+                let time = samples.times()[found[0] as usize];
+                match primitive.normal(rays, time) {
+                    Some(normal) => {
+                        hits.push_surfaces_with_normal(found, depths, opacity, normal)?;
+                    }
+                    None => hits.push_surfaces(found, depths, opacity)?,
+                }
+                start += step;
+            }
+        }
+        Ok(())
     }
 }

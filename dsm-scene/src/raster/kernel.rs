@@ -30,6 +30,9 @@ pub(super) fn meet<S: Simd, P: Primitive>(
             depth.compress(met).store_slice(&mut depths[count..count + LANES]);
             lanes.sample.compress(met).store_slice(&mut samples[count..count + LANES]);
             count += met.to_bitmask().count_ones() as usize;
+            if found.keeps_items {
+                found.items.push((item, count));
+            }
         }
     }
     found.count = count;

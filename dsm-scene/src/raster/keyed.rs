@@ -1,7 +1,7 @@
 //! Corners that move evenly while the shutter is open.
 
 use fearless_simd::{Simd, SimdBase, f32x16};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::cells::RayLanes;
 use super::fused::fused;
@@ -36,6 +36,14 @@ impl Corner {
         let [x, y] = self.place.map(f64::from);
         let perspective = rays.is_perspective();
         DVec3::new(x, y, if perspective { self.factor } else { self.depth }.into())
+    }
+
+    /// The point in camera space, up to a shift that all points share.
+    pub(super) fn camera_point(&self, rays: &Rays) -> DVec3 {
+        let [x, y] = self.place.map(f64::from);
+        let depth = f64::from(self.depth);
+        let across = DVec2::new(x, y) + rays.shear() * depth;
+        across.extend(-depth)
     }
 
     pub(super) fn is_finite(&self) -> bool {

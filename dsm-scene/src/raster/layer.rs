@@ -1,6 +1,6 @@
 //! Primitives of one kind.
 
-use dsm_core::{Result, TileHits, Transmittance};
+use dsm_core::{Result, TileHits, TileSamples, Transmittance};
 use fearless_simd::Level;
 
 use super::bins::Bins;
@@ -114,6 +114,7 @@ impl<T: Transmittance, P: Leveled> Layer<T, P> {
         level: Level,
         cell: &Cell,
         mut items: &[u32],
+        (rays, samples): (&Rays, &TileSamples),
         found: &mut Found,
         hits: &mut TileHits<T>,
     ) -> Result<()> {
@@ -127,8 +128,14 @@ impl<T: Transmittance, P: Leveled> Layer<T, P> {
             let (run, rest) = items.split_at(end);
             items = rest;
             found.reset(run.len() * cell.len());
+            found.keeps_items = P::HAS_NORMAL && hits.wants_normals();
             P::meet_all(level, cell, &self.primitives, run, found);
-            found.push(self.opacities[next - 1].1, hits)?;
+            let opacity = self.opacities[next - 1].1;
+            if found.keeps_items {
+                found.push_with_normals(opacity, &self.primitives, rays, samples, hits)?;
+            } else {
+                found.push(opacity, hits)?;
+            }
         }
         Ok(())
     }

@@ -2,6 +2,8 @@
 
 use fearless_simd::{Simd, f32x16, mask32x16};
 
+use glam::Vec3;
+
 use super::cells::RayLanes;
 use super::keyed::Corner;
 use super::outline::Rows;
@@ -12,9 +14,19 @@ pub(super) trait Primitive: Copy + Send + Sync + 'static {
     /// Its outline in the map, over the whole shutter.
     type Outline: Rows;
 
+    /// Whether it has a normal.
+    const HAS_NORMAL: bool;
+
+    /// Whether it moves.
+    const MOVES: bool;
+
     /// Projects it. `None` if no ray can meet it: behind the camera, of no
     /// thickness, not finite.
     fn outline(&self, rays: &Rays) -> Option<Self::Outline>;
+
+    /// Its normal in camera space (right-handed, the camera looks down −z) at
+    /// `time`, to either side; `None` if it has none.
+    fn normal(&self, rays: &Rays, time: f32) -> Option<Vec3>;
 
     /// All its corners.
     fn corners(&self) -> &[Corner];

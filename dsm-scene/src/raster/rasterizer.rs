@@ -267,10 +267,11 @@ impl<T: Transmittance> Rasterizer<T> {
                 }
                 cell.fill(rays, samples, area.side, x, y);
                 found.near = self.near;
-                self.segments.meet(level, cell, items[0], found, hits)?;
-                self.moving_segments.meet(level, cell, items[1], found, hits)?;
-                self.triangles.meet(level, cell, items[2], found, hits)?;
-                self.moving_triangles.meet(level, cell, items[3], found, hits)?;
+                let of = (rays, samples);
+                self.segments.meet(level, cell, items[0], of, found, hits)?;
+                self.moving_segments.meet(level, cell, items[1], of, found, hits)?;
+                self.triangles.meet(level, cell, items[2], of, found, hits)?;
+                self.moving_triangles.meet(level, cell, items[3], of, found, hits)?;
             }
         }
         Ok(())

@@ -110,6 +110,11 @@ impl Rays {
         self.origin.z
     }
 
+    /// What points of camera space have lost sideways per unit of depth.
+    pub(super) const fn shear(&self) -> DVec2 {
+        self.slope
+    }
+
     /// Whether all rays start in one point.
     pub(super) const fn is_perspective(&self) -> bool {
         self.perspective

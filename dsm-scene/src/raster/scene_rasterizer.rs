@@ -1,7 +1,5 @@
 //! The fast door from a scene to the baker.
 
-use std::sync::{Arc, Mutex, PoisonError};
-
 use dsm_core::{HitSource, TileHits, TileSamples, Transmittance};
 use glam::{DAffine3, DVec3, Vec2};
 
@@ -45,9 +43,6 @@ pub struct SceneRasterizer<T: Transmittance> {
     rasterizer: Rasterizer<T>,
     /// What is not rasterised.
     rest: Option<TracedScene>,
-    scene: Scene,
-    /// All of the scene, once somebody wants normals.
-    whole: Mutex<Option<Arc<TracedScene>>>,
     view: ViewRaster,
     near: f32,
 }
@@ -72,14 +67,7 @@ impl<T: Transmittance> SceneRasterizer<T> {
         }
         let rest = Scene { objects: rest, ..scene.clone() };
         let rest = if rest.objects.is_empty() { None } else { Some(TracedScene::new(&rest)?) };
-        Ok(Self {
-            rasterizer: builder.build()?,
-            rest,
-            scene: scene.clone(),
-            whole: Mutex::default(),
-            view,
-            near: 0.0,
-        })
+        Ok(Self { rasterizer: builder.build()?, rest, view, near: 0.0 })
     }
 
     /// The same source without what lies at `depth` or nearer: what stands
@@ -94,30 +82,16 @@ impl<T: Transmittance> SceneRasterizer<T> {
     pub fn raster(&self) -> &ViewRaster {
         &self.view
     }
-
-    fn whole(&self) -> Result<Arc<TracedScene>> {
-        let mut whole = self.whole.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(whole) = &*whole {
-            return Ok(Arc::clone(whole));
-        }
-        let traced = Arc::new(TracedScene::new(&self.scene)?);
-        *whole = Some(Arc::clone(&traced));
-        Ok(traced)
-    }
 }
 
 impl<T: Transmittance> HitSource<T> for SceneRasterizer<T> {
     type Error = crate::Error;
 
     fn hits(&self, samples: &TileSamples, hits: &mut TileHits<T>) -> Result<()> {
-        let trace = |scene: &TracedScene, hits: &mut TileHits<T>| {
-            SceneHitSource::new(scene, self.view).beyond(self.near).hits(samples, hits)
-        };
-        if hits.wants_normals() {
-            return trace(&*self.whole()?, hits);
-        }
         self.rasterizer.hits(samples, hits)?;
-        self.rest.as_ref().map_or(Ok(()), |rest| trace(rest, hits))
+        self.rest.as_ref().map_or(Ok(()), |rest| {
+            SceneHitSource::new(rest, self.view).beyond(self.near).hits(samples, hits)
+        })
     }
 }
 

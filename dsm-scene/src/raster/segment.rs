@@ -47,11 +47,18 @@ impl<const KEYS: usize> RaySegment<KEYS> {
 impl<const KEYS: usize> Primitive for RaySegment<KEYS> {
     type Outline = Outline<KEYS, 2>;
 
+    const HAS_NORMAL: bool = false;
+    const MOVES: bool = KEYS > 1;
+
     fn outline(&self, rays: &Rays) -> Option<Self::Outline> {
         let ends = self.ends.as_flattened();
         let thick = ends.iter().any(|end| end.radius > 0.0);
         let sound = ends.iter().all(|end| end.radius >= 0.0);
         if thick && sound { Outline::project(rays, &self.ends) } else { None }
+    }
+
+    fn normal(&self, _: &Rays, _: f32) -> Option<Vec3> {
+        None
     }
 
     fn corners(&self) -> &[Corner] {

@@ -1,7 +1,7 @@
 //! Triangles.
 
 use fearless_simd::{Simd, SimdBase, f32x16, mask32x16};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::cells::RayLanes;
 use super::fused::fused;
@@ -28,8 +28,20 @@ impl<const KEYS: usize> RayTriangle<KEYS> {
 impl<const KEYS: usize> Primitive for RayTriangle<KEYS> {
     type Outline = Outline<KEYS, 3>;
 
+    const HAS_NORMAL: bool = true;
+    const MOVES: bool = KEYS > 1;
+
     fn outline(&self, rays: &Rays) -> Option<Self::Outline> {
         Outline::project(rays, &self.corners)
+    }
+
+    fn normal(&self, rays: &Rays, time: f32) -> Option<Vec3> {
+        let (open, close) = (&self.corners[0], &self.corners[KEYS - 1]);
+        let [a, b, c] = [0, 1, 2].map(|at| {
+            let [open, close] = [open, close].map(|key| key[at].camera_point(rays));
+            open.lerp(close, time.into())
+        });
+        (b - a).cross(c - a).try_normalize().map(|normal| normal.as_vec3())
     }
 
     fn corners(&self) -> &[Corner] {
