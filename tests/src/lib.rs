@@ -1,6 +1,7 @@
 //! Contracts across the libraries: see the tests of this package, which share
 //! what stands here.
 
+pub mod figures;
 pub mod forge;
 pub mod fuzz;
 

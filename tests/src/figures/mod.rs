@@ -1,0 +1,21 @@
+//! Figures 7, 8 and 9 of Lokovic & Veach 2000, measured on the built-in ball of
+//! hair: what the program `paper-figures` writes into `docs/results`.
+
+mod bakes;
+mod figure7;
+mod figure8;
+mod figure9;
+mod machine;
+mod plot;
+mod reference;
+mod report;
+mod sizes;
+mod stage;
+mod timing;
+
+pub use bakes::{Bakes, StoredMap};
+pub use figure7::{Figure7, Figure7Row};
+pub use figure8::{Figure8, Figure8Row, log_log_slope};
+pub use figure9::{Figure9, Figure9Row};
+pub use report::Report;
+pub use stage::{Effort, Stage};
