@@ -21,7 +21,8 @@ impl AchievedError {
 
     /// An error that was measured or bounded in `f64`, neither of its numbers
     /// rounded down.
-    pub(crate) fn enclosing(max: f64, mean: f64) -> Self {
+    #[must_use]
+    pub fn enclosing(max: f64, mean: f64) -> Self {
         let up = |error: f64| {
             let nearest = error as f32;
             let up = if f64::from(nearest) < error { nearest.next_up() } else { nearest };

@@ -178,8 +178,13 @@ pub enum Error {
     #[error("metadata: {0}")]
     Metadata(String),
     /// A map of another kind.
-    #[error("a map of kind \"{0}\", not a deep shadow map")]
-    Kind(String),
+    #[error("a map of kind \"{found}\", not {wanted}")]
+    Kind {
+        /// What the metadata name.
+        found: String,
+        /// What was asked for.
+        wanted: &'static str,
+    },
     /// A mono map was asked for colours, or a coloured one for one channel.
     #[error("the map has {channels} channel(s), not {asked}")]
     Channels {

@@ -37,6 +37,7 @@ pub use any::{AnyCachedMap, AnyDeepMap};
 pub use attribute::Attribute;
 pub use bake::{BakeOptions, BakeReport, bake};
 pub use cache::{CacheStatistics, CachedMap, CachedTile, LookupCursor, TileCache};
+pub use codec::tile_columns::{ColumnReader, TileColumn};
 pub use codec::{Block, Codec, EncodedTile};
 pub use convert::{
     ConvertOptions, ExportOptions, ExportReport, ImportReport, MapDifference, MapSource,

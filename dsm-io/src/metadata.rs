@@ -40,8 +40,8 @@ pub(crate) const DEEP: &str = "deep";
 
 /// The object as it is written.
 #[derive(Serialize)]
-struct Written<'a> {
-    kind: &'static str,
+struct Written<'a, E> {
+    kind: &'a str,
     width: u32,
     height: u32,
     channels: u8,
@@ -49,7 +49,13 @@ struct Written<'a> {
     info: &'a MapInfo,
     software: &'a str,
     attributes: &'a BTreeMap<String, Attribute>,
+    #[serde(flatten)]
+    others: E,
 }
+
+/// What a deep map says besides: nothing.
+#[derive(Serialize)]
+struct Nothing {}
 
 /// The object without the map's info. That is read in a pass of its own:
 /// `flatten` would take its floats through `f64`, which rounds them twice.
@@ -78,16 +84,27 @@ impl Metadata {
     ///
     /// [`Error::Metadata`] if the metadata breaks a rule of the format.
     pub fn to_json(&self) -> Result<Vec<u8>> {
+        self.to_json_of(DEEP, Nothing {})
+    }
+
+    /// The JSON object of a map of another kind, with the keys of `others`,
+    /// a structure or a map, behind those that every kind has.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::to_json`].
+    pub fn to_json_of(&self, kind: &str, others: impl Serialize) -> Result<Vec<u8>> {
         self.check()?;
         let Self { width, height, channels, info, software, attributes } = self;
         let written = Written {
-            kind: DEEP,
+            kind,
             width: *width,
             height: *height,
             channels: *channels,
             info,
             software,
             attributes,
+            others,
         };
         serde_json::to_vec(&written).map_err(json_error)
     }
@@ -107,8 +124,18 @@ impl Metadata {
         }
         let Kind { kind } = serde_json::from_slice(json).map_err(json_error)?;
         if kind != DEEP {
-            return Err(Error::Kind(kind));
+            return Err(Error::Kind { found: kind, wanted: "a deep shadow map" });
         }
+        Self::from_json_of_any_kind(json)
+    }
+
+    /// Reads the JSON object of a map of any kind; the keys that only that kind
+    /// has are skipped.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Metadata`] as [`Self::from_json`].
+    pub fn from_json_of_any_kind(json: &[u8]) -> Result<Self> {
         let info = serde_json::from_slice(json).map_err(json_error)?;
         let Read { width, height, channels, software, attributes } =
             serde_json::from_slice(json).map_err(json_error)?;

@@ -241,48 +241,10 @@ impl MapReader {
     /// O(vertices); holds one tile.
     #[must_use]
     pub fn verify(&self) -> Vec<Error> {
-        let mut errors = Vec::new();
-        let container = &self.container;
-        for (index, _) in (0..).zip(container.sections()) {
-            errors.extend(container.section(index).err());
-        }
-        for (index, level) in (0..).zip(container.levels()) {
-            match container.directory(index) {
-                Ok(directory) => self.verify_level(index, level, directory, &mut errors),
-                Err(error) => errors.push(error),
-            }
-        }
-        if self.metadata.info.tolerance.epsilon() != container.levels()[0].tolerance {
-            let reason = "the metadata state another tolerance";
-            errors.push(Error::invalid(Place::Level(0), reason));
-        }
-        errors.into_iter().map(|error| error.in_file(container.path())).collect()
-    }
-
-    fn verify_level(
-        &self,
-        index: u32,
-        level: &Level,
-        directory: &TileDirectory,
-        errors: &mut Vec<Error>,
-    ) {
-        for (id, entry) in directory.iter() {
-            // Of an empty tile the directory says all, and was checked.
-            errors.extend(match self.metadata.channels {
-                _ if entry.is_empty() => None,
-                1 => self.read_tile::<f32>(id).err(),
-                _ => self.read_tile::<Rgb>(id).err(),
-            });
-            if !entry.error.is_within(level.tolerance) {
-                let reason = "its error is more than the level's tolerance";
-                errors.push(Error::invalid(Place::Entry(id), reason));
-            }
-        }
-        let AchievedError { max, mean } = directory.error_of(level);
-        let is_mean = (level.error.mean - mean).abs() <= 1e-6 * mean;
-        if level.error.max != max || !is_mean {
-            let reason = "its error is not that of its tiles";
-            errors.push(Error::invalid(Place::Level(index), reason));
-        }
+        let tolerance = self.metadata.info.tolerance.epsilon();
+        self.container.verify(tolerance, |id| match self.metadata.channels {
+            1 => self.read_tile::<f32>(id).map(drop),
+            _ => self.read_tile::<Rgb>(id).map(drop),
+        })
     }
 }

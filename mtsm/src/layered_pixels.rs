@@ -163,6 +163,20 @@ impl<T: Transmittance> LayeredPixels<T> {
         self.run_range(pixel).next().map(|run| self.run(run))
     }
 
+    /// At how many of a pixel's layers its light falls.
+    ///
+    /// # Panics
+    ///
+    /// If `pixel` is not below [`Self::pixel_count`].
+    #[must_use]
+    pub fn falling_layers(&self, pixel: usize) -> usize {
+        let falls = |run: LayerRun<'_, T>| {
+            let value = |layer| run.function().value(layer);
+            (1..run.len()).filter(|&layer| value(layer) != value(layer - 1)).count()
+        };
+        self.runs(pixel).map(falls).sum()
+    }
+
     /// The smallest and the largest depth of a pixel's layers.
     ///
     /// # Panics

@@ -6,15 +6,13 @@
 
 use dsm_core::{PixelLists, PixelListsView, Transmittance};
 
-use super::packed::{Differences, pack, should_difference, unpack};
-use super::{Block, Codec, EncodedTile, words};
+use super::packed::unpack;
+use super::tile_columns::{TileColumn, mono_flags};
+use super::{Block, EncodedTile, words};
 use crate::error::{Place, check_limit};
 use crate::format::directory::TileEntry;
 use crate::format::tile_id::TileRect;
 use crate::{Error, Limits, Result, Tile};
-
-/// The columns that rise: the pixel tables.
-const TABLES: Differences = 0b00011;
 
 const COLUMNS: usize = 5;
 
@@ -25,51 +23,10 @@ pub(super) fn encode<T: Transmittance>(
     if pixels.vertex_count() == 0 {
         return Ok(EncodedTile::default());
     }
-    let flags = if T::CHANNELS == 1 { Vec::new() } else { mono_flags(pixels) };
-    let columns: [&[u32]; COLUMNS] = [
-        pixels.starts(),
-        pixels.value_starts(),
-        &flags,
-        bytemuck::cast_slice(pixels.depths()),
-        bytemuck::cast_slice(pixels.values()),
-    ];
-    let raw_length = columns.iter().map(|column| column.len() * 4).sum();
-    let differences = TABLES
-        | u8::from(should_difference(columns[3])) << 3
-        | u8::from(should_difference(columns[4])) << 4;
-    let packed = match block {
-        Block::Plain => None,
-        Block::Zstd => Some(pack(columns, differences).map_err(Error::io("compress a tile"))?),
-    };
-    let (bytes, block, differences) = match packed {
-        Some(packed) if packed.len() < raw_length => (packed, Block::Zstd, differences),
-        _ => {
-            let mut plain = Vec::with_capacity(raw_length);
-            columns.iter().for_each(|column| words::append(column, &mut plain));
-            (plain, Block::Plain, 0)
-        }
-    };
-    let [z_min, z_max] = depth_range(pixels);
-    Ok(EncodedTile {
-        bytes,
-        raw_length: raw_length as u64,
-        vertex_count: pixels.vertex_count() as u64,
-        z_min,
-        z_max,
-        depth_error: 0.0,
-        codec: Codec::Exact.tag(),
-        block: block.tag(),
-        differences,
-    })
-}
-
-/// One bit a pixel, lowest first: set where one column stands for all.
-fn mono_flags<T: Transmittance>(pixels: PixelListsView<'_, T>) -> Vec<u32> {
-    let mut flags = vec![0; pixels.pixel_count().div_ceil(32)];
-    for (index, function) in pixels.functions().enumerate() {
-        flags[index / 32] |= u32::from(function.is_mono()) << (index % 32);
-    }
-    flags
+    let mut flags = Vec::new();
+    let columns = TileColumn::of_functions(pixels, &mut flags);
+    let count = pixels.vertex_count() as u64;
+    EncodedTile::of_columns(&columns, count, depth_range(pixels), block)
 }
 
 /// The smallest and the largest depth. Each pixel's are sorted.

@@ -5,6 +5,7 @@
 
 pub(crate) mod exact;
 mod packed;
+pub(crate) mod tile_columns;
 mod words;
 
 use dsm_core::{PixelListsView, Transmittance};

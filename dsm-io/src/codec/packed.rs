@@ -27,14 +27,14 @@ const fn is_difference(differences: Differences, column: usize) -> bool {
 }
 
 /// Packs columns one after the other.
-pub(super) fn pack<const N: usize>(
-    columns: [&[u32]; N],
+pub(super) fn pack<'a>(
+    columns: impl Iterator<Item = &'a [u32]> + Clone,
     differences: Differences,
 ) -> std::io::Result<Vec<u8>> {
-    let words: usize = columns.iter().map(|column| column.len()).sum();
+    let words: usize = columns.clone().map(<[u32]>::len).sum();
     let mut planes = vec![0; words * 4];
     let mut rest = planes.as_mut_slice();
-    for (index, column) in columns.into_iter().enumerate() {
+    for (index, column) in columns.enumerate() {
         let (this, after) = rest.split_at_mut(column.len() * 4);
         rest = after;
         if is_difference(differences, index) {
@@ -67,7 +67,20 @@ pub(super) fn unpack<const N: usize>(
     if differences >> N != 0 {
         return Err("there are fewer columns than stored as differences");
     }
-    let length = lengths.iter().sum::<usize>() * 4;
+    let planes = unpack_planes(packed, lengths.iter().sum::<usize>() * 4)?;
+    let mut rest = planes.as_slice();
+    let mut index = 0;
+    Ok(lengths.map(|length| {
+        let (this, after) = rest.split_at(length * 4);
+        rest = after;
+        index += 1;
+        unshuffle(this, is_difference(differences, index - 1))
+    }))
+}
+
+/// Unpacks the planes of all columns, `length` bytes; why not, if the bytes are
+/// not one frame that holds exactly them.
+pub(super) fn unpack_planes(packed: &[u8], length: usize) -> Result<Vec<u8>, &'static str> {
     if zstd::zstd_safe::find_frame_compressed_size(packed) != Ok(packed.len()) {
         return Err("it is not exactly one zstd frame");
     }
@@ -83,22 +96,7 @@ pub(super) fn unpack<const N: usize>(
     if unpacked.map_err(|_| "its zstd frame is damaged or larger than stated")? != length {
         return Err("its zstd frame is smaller than stated");
     }
-    let mut rest = planes.as_slice();
-    let mut columns = lengths.map(|length| {
-        let (this, after) = rest.split_at(length * 4);
-        rest = after;
-        unshuffle(this)
-    });
-    for (index, column) in columns.iter_mut().enumerate() {
-        if is_difference(differences, index) {
-            let mut sum = 0_u32;
-            column.iter_mut().for_each(|word| {
-                sum = sum.wrapping_add(*word);
-                *word = sum;
-            });
-        }
-    }
-    Ok(columns)
+    Ok(planes)
 }
 
 fn shuffle(words: impl Iterator<Item = u32>, planes: &mut [u8]) {
@@ -111,13 +109,23 @@ fn shuffle(words: impl Iterator<Item = u32>, planes: &mut [u8]) {
     }
 }
 
-fn unshuffle(planes: &[u8]) -> Vec<u32> {
+/// The words of a column from its planes.
+pub(super) fn unshuffle(planes: &[u8], is_difference: bool) -> Vec<u32> {
     let length = planes.len() / 4;
     let (low, high) = planes.split_at(length * 2);
     let (first, second) = low.split_at(length);
     let (third, fourth) = high.split_at(length);
     let bytes = first.iter().zip(second).zip(third).zip(fourth);
-    bytes.map(|(((&a, &b), &c), &d)| u32::from_le_bytes([a, b, c, d])).collect()
+    let words = bytes.map(|(((&a, &b), &c), &d)| u32::from_le_bytes([a, b, c, d]));
+    let mut column: Vec<u32> = words.collect();
+    if is_difference {
+        let mut sum = 0_u32;
+        column.iter_mut().for_each(|word| {
+            sum = sum.wrapping_add(*word);
+            *word = sum;
+        });
+    }
+    column
 }
 
 #[cfg(test)]
@@ -139,7 +147,7 @@ mod tests {
         let columns = columns();
         let lengths = columns.each_ref().map(Vec::len);
         for differences in 0..8 {
-            let packed = pack(columns.each_ref().map(Vec::as_slice), differences).unwrap();
+            let packed = pack(columns.iter().map(Vec::as_slice), differences).unwrap();
             assert_eq!(unpack(&packed, lengths, differences).unwrap(), columns, "{differences:b}");
         }
         assert!(unpack(&[], lengths, 8).is_err());
@@ -147,19 +155,21 @@ mod tests {
 
     #[test]
     fn planes_are_as_the_format_says() {
-        let packed = pack([&[0x0403_0201, 0x0807_0605], &[], &[]], 1).unwrap();
+        let packed = pack([&[0x0403_0201, 0x0807_0605][..], &[], &[]].into_iter(), 1).unwrap();
         let planes = zstd::bulk::decompress(&packed, 8).unwrap();
         assert_eq!(planes, [1, 4, 2, 4, 3, 4, 4, 4]);
     }
 
     #[test]
     fn only_one_frame_of_the_stated_length_is_taken() {
-        let columns: [&[u32]; 1] = [&[7; 100]];
-        let packed = pack(columns, 0).unwrap();
+        let packed = pack([[7; 100].as_slice()].into_iter(), 0).unwrap();
         assert!(unpack(&packed, [100], 0).is_ok());
         assert!(unpack(&packed, [99], 0).is_err());
         assert!(unpack(&packed, [101], 0).is_err());
-        let (first, second) = (pack([&[7; 60]], 0).unwrap(), pack([&[7; 40]], 0).unwrap());
+        let [first, second] = [60, 40].map(|length| {
+            let column = vec![7; length];
+            pack([column.as_slice()].into_iter(), 0).unwrap()
+        });
         assert!(unpack(&[first, second].concat(), [100], 0).is_err());
         // A skippable frame before it.
         let hidden = [b"\x50\x2a\x4d\x18\x01\0\0\0!".as_slice(), &packed].concat();

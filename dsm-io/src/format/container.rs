@@ -10,7 +10,7 @@ use super::section::{SECTION_ENTRY_BYTES, Section, SectionKind};
 use super::tile_id::{TileId, TileRect};
 use crate::error::{Place, check_limit};
 use crate::source::{MappedFile, Memory, Source};
-use crate::{Error, Limits, Result};
+use crate::{AchievedError, Error, Limits, Result};
 
 /// An open `.dsm` file of any kind of map.
 ///
@@ -199,6 +199,47 @@ impl Container {
         let section =
             section.ok_or_else(|| Error::caller(format!("there is no section {index}")))?;
         section.extent.bytes(self.source.bytes(), section.place(index))
+    }
+}
+
+impl Container {
+    /// Looks for everything that can be wrong with a file of any kind: every
+    /// checksum, whether what the directories and levels state of the tiles is
+    /// true, and `check_tile` of every tile that is not empty. `tolerance` is
+    /// what the metadata state. Empty if nothing is wrong.
+    #[must_use]
+    pub fn verify(
+        &self,
+        tolerance: f32,
+        mut check_tile: impl FnMut(TileId) -> Result<()>,
+    ) -> Vec<Error> {
+        let mut errors = Vec::new();
+        for (index, _) in (0..).zip(self.sections()) {
+            errors.extend(self.section(index).err());
+        }
+        for ((index, level), directory) in (0..).zip(&self.levels).zip(&self.directories) {
+            for (id, entry) in directory.iter() {
+                // Of an empty tile the directory says all, and was checked.
+                if !entry.is_empty() {
+                    errors.extend(check_tile(id).err());
+                }
+                if !entry.error.is_within(level.tolerance) {
+                    let reason = "its error is more than the level's tolerance";
+                    errors.push(Error::invalid(Place::Entry(id), reason));
+                }
+            }
+            let AchievedError { max, mean } = directory.error_of(level);
+            let is_mean = (level.error.mean - mean).abs() <= 1e-6 * mean;
+            if level.error.max != max || !is_mean {
+                let reason = "its error is not that of its tiles";
+                errors.push(Error::invalid(Place::Level(index), reason));
+            }
+        }
+        if self.levels.first().is_some_and(|level| level.tolerance != tolerance) {
+            let reason = "the metadata state another tolerance";
+            errors.push(Error::invalid(Place::Level(0), reason));
+        }
+        errors.into_iter().map(|error| error.in_file(self.path())).collect()
     }
 }
 

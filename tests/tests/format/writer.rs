@@ -112,7 +112,7 @@ fn the_container_holds_any_kind_and_skips_what_it_need_not_know() {
     assert_eq!(kinds, ["note", "none", "META", "TDIR", "LEVL"]);
     assert_eq!(container.section(0).unwrap(), b"of no importance");
     let refused = bare_error(MapReader::open(&path, &Limits::default()).unwrap_err());
-    assert!(matches!(refused, Error::Kind(kind) if kind == "layers"));
+    assert!(matches!(refused, Error::Kind { found, .. } if found == "layers"));
 }
 
 #[test]

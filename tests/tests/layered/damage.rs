@@ -1,0 +1,142 @@
+//! Whatever is damaged is found, behind right checksums too.
+
+use dsm_core::Rgb;
+use dsm_io::Block;
+use dsm_tests::forge::Forge;
+use mtsm::LayeredKind;
+
+use crate::examples::{file, open};
+
+fn problems(bytes: Vec<u8>) -> Vec<String> {
+    match open(bytes) {
+        Ok(reader) => reader.verify().iter().map(ToString::to_string).collect(),
+        Err(error) => vec![error.to_string()],
+    }
+}
+
+fn every_kind() -> Vec<Vec<u8>> {
+    let mut files = Vec::new();
+    for kind in [LayeredKind::Mtsm, LayeredKind::Layers] {
+        for block in [Block::Plain, Block::Zstd] {
+            files.push(file::<f32>(kind, block));
+            files.push(file::<Rgb>(kind, block));
+        }
+    }
+    files
+}
+
+#[test]
+fn every_changed_byte_is_found() {
+    for bytes in every_kind() {
+        assert_eq!(problems(bytes.clone()), [""; 0]);
+        for position in 0..bytes.len() {
+            for flip in [0xff, 1 << (position % 8)] {
+                let mut damaged = bytes.clone();
+                damaged[position] ^= flip;
+                assert!(!problems(damaged).is_empty(), "byte {position} ^ {flip:#x}");
+            }
+        }
+    }
+}
+
+#[test]
+fn every_truncation_is_refused() {
+    for bytes in every_kind() {
+        for length in 0..bytes.len() {
+            assert!(open(bytes[..length].to_vec()).is_err(), "{length} bytes");
+        }
+        assert_eq!(problems([bytes, vec![0]].concat()), ["1 bytes follow the end of the map"]);
+    }
+}
+
+/// Changes words of tile 0's payload behind right checksums: none may panic, and
+/// what is taken is what the rules allow.
+#[test]
+fn any_word_of_a_payload_may_be_anything() {
+    for bytes in every_kind() {
+        let forge = Forge(bytes);
+        let start = forge.payload(0);
+        let length = forge.u64(forge.tile_entry(0) + 8) as usize;
+        for at in (start..start + length / 4 * 4).step_by(4) {
+            for word in [0, 1, 2, 7, 0x7fff_ffff, 0x3f80_0000, 0x7fc0_0000, u32::MAX] {
+                let mut changed = forge.clone();
+                changed.put(at, word.to_le_bytes());
+                if let Ok(reader) = open(changed.sign()) {
+                    drop(reader.verify());
+                    drop(reader.summary());
+                    drop(reader.pixel_runs::<f32>([0, 0]));
+                    drop(reader.multilayer_map::<Rgb>());
+                    drop(reader.multilayer_depth_map::<f32>());
+                }
+            }
+        }
+    }
+}
+
+/// A defect in a signed file, and a part of the error that names it.
+fn signed(file: &[u8], says: &str, change: impl FnOnce(&mut Forge)) {
+    let mut forge = Forge(file.to_vec());
+    change(&mut forge);
+    let found = problems(forge.sign());
+    assert!(found.iter().any(|problem| problem.contains(says)), "{says}: {found:?}");
+}
+
+#[test]
+fn what_breaks_a_rule_is_named() {
+    let mtsm = file::<f32>(LayeredKind::Mtsm, Block::Plain);
+    let layers = file::<f32>(LayeredKind::Layers, Block::Plain);
+    let count = |f: &Forge| f.u64(f.tile_entry(0) + 24) as usize;
+    let last = move |f: &Forge| f.payload(0) + f.u64(f.tile_entry(0) + 8) as usize - 4;
+    let negative = (-1.0_f32).to_le_bytes();
+    signed(&mtsm, "more runs than layers", |f| f.put(f.payload(0), [0xff; 4]));
+    signed(&mtsm, "the run table does not cover", |f| {
+        // Where the last of 16 pixels ends.
+        f.put(f.payload(0) + 4 * 17, [0; 4]);
+    });
+    signed(&mtsm, "the first layer of a run counts no samples", |f| {
+        let first = last(f) - 4 * (count(f) - 1);
+        f.put(first, [1, 0, 0, 0]);
+    });
+    signed(&mtsm, "values must not be negative", |f| {
+        let at = last(f) - 4 * count(f);
+        f.put(at, negative);
+    });
+    signed(&mtsm, "does not fit its number of vertices", |f| {
+        let fewer = count(f) as u64 - 1;
+        f.put(f.tile_entry(0) + 24, fewer.to_le_bytes());
+    });
+    signed(&mtsm, "not the range", |f| f.put(f.tile_entry(0) + 32, 0.5_f32.to_le_bytes()));
+    signed(&mtsm, "exact depths", |f| f.put(f.tile_entry(0) + 48, 0.5_f32.to_le_bytes()));
+    signed(&mtsm, "more runs than the map allows", |f| {
+        f.replace("\"resets\":4", "\"resets\":0");
+    });
+    signed(&mtsm, "more layers than the map allows", |f| {
+        f.replace("\"max_layers\":32", "\"max_layers\": 1");
+    });
+    signed(&mtsm, "metadata", |f| f.replace("\"max_layers\":32", "\"max_layers\": 0"));
+    signed(&mtsm, "metadata", |f| f.replace("\"light_depth\":0.25", "\"light_depth\":-0.5"));
+    signed(&mtsm, "metadata", |f| f.replace("\"layering\"", "\"larering\""));
+    signed(&mtsm, "not a map of layers", |f| f.replace("\"mtsm\"", "\"deep\""));
+    signed(&mtsm, "stored whole", |f| f.put(f.section(b"LEVL") + 16, [4, 0, 0, 0]));
+    signed(&layers, "opacities must lie in [0, 1]", |f| {
+        let at = last(f);
+        f.put(at, negative);
+    });
+    signed(&layers, "depths must be finite", |f| {
+        let at = last(f) - 4 * count(f);
+        f.put(at, f32::NAN.to_le_bytes());
+    });
+    signed(&layers, "the pixel table does not cover", |f| f.put(f.payload(0), [1, 0, 0, 0]));
+    signed(&layers, "no room for its columns", |f| {
+        f.put(f.tile_entry(0) + 24, [0xff, 0xff, 0, 0]);
+    });
+    signed(&layers, "more than its columns have", |f| {
+        for at in [f.tile_entry(0) + 8, f.tile_entry(0) + 16] {
+            let longer = f.u64(at) + 4;
+            f.put(at, longer.to_le_bytes());
+        }
+    });
+    signed(&layers, "more layers than the map allows", |f| {
+        f.replace("\"max_layers\":32", "\"max_layers\": 1");
+    });
+}

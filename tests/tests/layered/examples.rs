@@ -1,0 +1,61 @@
+//! Small layered maps.
+
+use std::ops::ControlFlow;
+
+use dsm_core::{Error, RayHits, RaySource, SamplePoint, SurfaceHit, Transmittance};
+use dsm_io::{Block, Container, Limits, Memory};
+use mtsm::{
+    LayeredKind, LayeredReader, MultilayerBaker, MultilayerSettings, bake_layers, bake_mtsm,
+};
+
+pub(crate) type Ray<T> = fn(SamplePoint, &mut RayHits<T>) -> Result<(), Error>;
+
+/// Sheets and smoke that depend on the pixel; some pixels, and the last tile of
+/// the first row, are empty.
+fn ray<T: Transmittance>(point: SamplePoint, ray: &mut RayHits<T>) -> Result<(), Error> {
+    let (x, y) = (point.x.floor() as u32, point.y.floor() as u32);
+    if (x * 3 + y).is_multiple_of(4) || (x >= 4 && y < 4) {
+        return Ok(());
+    }
+    for sheet in 0..=(x + y) % 5 {
+        let shade = [0.5, 1.0, 0.25, 0.75][((x ^ sheet) % 4) as usize];
+        let is_grey = y.is_multiple_of(2);
+        let opacity = T::from_channels(|channel| {
+            if is_grey || shade == 1.0 { shade } else { shade / (channel + 1) as f32 }
+        });
+        ray.push_surface(SurfaceHit { depth: 2.0 + sheet as f32 / 2.0, opacity })?;
+    }
+    if x == 2 {
+        ray.push_slab(3.0, 5.0, T::splat(0.75))?;
+    }
+    Ok(())
+}
+
+pub(crate) fn baker<T: Transmittance>() -> MultilayerBaker<T, RaySource<Ray<T>>> {
+    let mut settings = MultilayerSettings::new([6, 5]).unwrap();
+    settings.bake.tile_size = 4;
+    settings.light_depth = 0.25;
+    let source: RaySource<Ray<T>> = RaySource(ray::<T>);
+    MultilayerBaker::new(source, settings).unwrap()
+}
+
+/// The file of a map.
+pub(crate) fn file<T: Transmittance>(kind: LayeredKind, block: Block) -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("map.dsm");
+    let baker = baker::<T>();
+    let watch = |_| ControlFlow::Continue(());
+    let bytes = match kind {
+        LayeredKind::Mtsm => bake_mtsm(&baker, &path, block, |_| {}, watch).unwrap().bytes,
+        _ => bake_layers(&baker, &path, block, |_| {}, watch).unwrap().bytes,
+    };
+    let file = std::fs::read(&path).unwrap();
+    assert_eq!(file.len() as u64, bytes);
+    file
+}
+
+pub(crate) fn open(bytes: Vec<u8>) -> dsm_io::Result<LayeredReader> {
+    let limits = Limits::default();
+    let container = Container::from_source(Memory::from(bytes), &limits)?;
+    LayeredReader::new(container, &limits)
+}

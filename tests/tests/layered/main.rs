@@ -1,0 +1,7 @@
+//! Layered maps in files.
+
+#![expect(clippy::unwrap_used, reason = "a test may panic")]
+
+mod damage;
+mod examples;
+mod round_trip;
