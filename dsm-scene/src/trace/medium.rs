@@ -16,6 +16,9 @@ pub(crate) struct DensitySample {
 /// densities, are left out.
 const STRAIGHT: f64 = 1e-7;
 
+/// Pieces that a cell is cut into at most.
+const MOST_PIECES: u32 = 8;
+
 /// Calls `stretch` with the density along every stretch of the ray, given in
 /// the object's space, that may hold any: front to back, linear between
 /// samples.
@@ -24,10 +27,13 @@ const STRAIGHT: f64 = 1e-7;
 /// sample at its end and one in its middle, which is chosen so that the two
 /// trapezia have the cubic's integral (Simpson's rule): the optical depth is
 /// exact, up to rounding, wherever the ray leaves a cell, unless that would
-/// take a negative density.
+/// take a negative density. Where the integral up to some point within the cell
+/// would be off by more than `within`, the cell is cut into up to
+/// [`MOST_PIECES`] pieces of which the same holds.
 pub(crate) fn march(
     volume: &Volume,
     ray: &Ray,
+    within: f64,
     samples: &mut Vec<DensitySample>,
     mut stretch: impl FnMut(&[DensitySample]),
 ) {
@@ -50,7 +56,7 @@ pub(crate) fn march(
             flush(samples, &mut stretch);
         } else if end > t {
             let density = |t: f64| corners.at(at(t) - cell.as_dvec3());
-            push_cell(samples, t, end, density);
+            push_cell(samples, [t, end], within, density);
         }
         t = end;
         let onward = direction[axis] > 0.0;
@@ -82,18 +88,50 @@ fn exit(origin: DVec3, direction: DVec3, start: IVec3, side: i32) -> (f64, usize
     nearest
 }
 
-fn push_cell(samples: &mut Vec<DensitySample>, t: f64, end: f64, density: impl Fn(f64) -> f32) {
-    let begin = match samples.last() {
-        Some(sample) => sample.density,
-        None => {
-            let sample = DensitySample { t, density: density(t) };
-            samples.push(sample);
-            sample.density
-        }
-    };
+fn push_cell(
+    samples: &mut Vec<DensitySample>,
+    [t, end]: [f64; 2],
+    within: f64,
+    density: impl Fn(f64) -> f32,
+) {
+    if samples.is_empty() {
+        samples.push(DensitySample { t, density: density(t) });
+    }
+    let pieces = pieces([t, end], within, &density);
+    let step = (end - t) / f64::from(pieces);
+    let mut begin = t;
+    for piece in 1..=pieces {
+        let end = if piece == pieces { end } else { t + step * f64::from(piece) };
+        push_piece(samples, [begin, end], &density);
+        begin = end;
+    }
+}
+
+/// How many pieces of the cubic between `begin` and `end` are off by at most
+/// `within` each.
+fn pieces([begin, end]: [f64; 2], within: f64, density: &impl Fn(f64) -> f32) -> u32 {
+    if within == f64::INFINITY {
+        return 1;
+    }
+    let half = 0.5 * (end - begin);
+    let at = |part: f64| f64::from(density(begin + half * (1.0 + part)));
+    // The cubic over [−1, 1], from four of its values.
+    let [first, early, middle, last] = [-1.0, -0.5, 0.0, 1.0].map(at);
+    let square = 0.5 * (first + last) - middle;
+    let odd = 0.5 * (last - first);
+    let cube = (odd - 2.0 * (middle + 0.25 * square - early)) * (4.0 / 3.0);
+    // What the two trapezia are off by: at a third of each half, and in the
+    // middle. In n pieces, at least n³ times less.
+    let off = half * (square.abs() * (4.0 / 81.0) + cube.abs() * 0.25);
+    (off / within).cbrt().ceil().clamp(1.0, f64::from(MOST_PIECES)) as u32
+}
+
+/// Adds the middle and the end of a piece that begins with the last sample.
+fn push_piece(samples: &mut Vec<DensitySample>, [t, end]: [f64; 2], density: &impl Fn(f64) -> f32) {
     let middle = 0.5 * (t + end);
-    let (from, through, to) = (f64::from(begin), f64::from(density(middle)), density(end));
-    let simpson = (8.0 * through - from - f64::from(to)) / 6.0;
+    let from = samples.last().map_or(0.0, |sample| sample.density);
+    let [through, to] = [middle, end].map(density);
+    let simpson = (8.0 * f64::from(through) - f64::from(from) - f64::from(to)) / 6.0;
     push(samples, DensitySample { t: middle, density: simpson.max(0.0) as f32 });
     push(samples, DensitySample { t: end, density: to });
 }
