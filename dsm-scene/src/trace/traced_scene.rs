@@ -15,7 +15,7 @@ use crate::error::Result;
 use crate::scene::{Object, Scene, Shape};
 
 /// What the optical depth of media may be off by within a cell of voxels.
-const DEPTH_ERROR: f64 = 2e-6;
+const DEPTH_ERROR: f64 = 6e-6;
 
 /// Extinctions above are cut off: they block everything.
 const MOST_EXTINCTION: f64 = 1e30;
@@ -152,7 +152,7 @@ impl Tracer<'_> {
     /// segment of a curve that the ray passes within its radius. Media are
     /// sampled where the ray leaves cells of voxels, where the optical depth is
     /// exact up to rounding, and often enough between that no cell adds more
-    /// than 2·10⁻⁶ to its error.
+    /// than 6·10⁻⁶ to its error.
     ///
     /// # Errors
     ///
