@@ -195,6 +195,12 @@ impl<T: Transmittance> VolumeSegment<T> {
 }
 
 impl<T: Transmittance> SurfaceHit<T> {
+    /// The fraction of light that gets past the surface.
+    #[must_use]
+    pub fn transmittance(&self) -> T {
+        T::from_channels(|channel| 1.0 - self.opacity.channel(channel))
+    }
+
     /// The hit itself, if a ray can have it, with −0 turned into 0.
     #[inline]
     pub(crate) fn checked(self) -> Result<Self> {

@@ -169,6 +169,20 @@ impl<T: Transmittance> DepthLayers<T> {
         columns.map(|(&depth, &opacity)| SurfaceHit { depth, opacity })
     }
 
+    /// The light that the layers of a pixel up to `depth` leave.
+    ///
+    /// # Panics
+    ///
+    /// If that pixel was not finished.
+    #[must_use]
+    pub fn transmittance(&self, pixel: usize, depth: f32) -> T {
+        let passed = self.layers(pixel).take_while(|layer| layer.depth <= depth);
+        passed.fold(T::CLEAR, |left, layer| {
+            let past = layer.transmittance();
+            T::from_channels(|channel| left.channel(channel) * past.channel(channel))
+        })
+    }
+
     /// The smallest and the largest depth of a pixel's layers.
     ///
     /// # Panics
@@ -248,12 +262,7 @@ impl<T: Transmittance> VisibilityField for MultilayerDepthMap<T> {
 
     fn evaluate(&self, [x, y]: [u32; 2], depth: f32) -> std::result::Result<T, Self::Error> {
         let pixel = y as usize * self.pixels.width() as usize + x as usize;
-        let passed = self.pixels.layers(pixel).take_while(|layer| layer.depth <= depth);
-        Ok(passed.fold(T::CLEAR, |left, layer| {
-            T::from_channels(|channel| {
-                left.channel(channel) * (1.0 - layer.opacity.channel(channel))
-            })
-        }))
+        Ok(self.pixels.transmittance(pixel, depth))
     }
 }
 

@@ -6,3 +6,6 @@ mod config;
 mod depths;
 mod oracle;
 mod runs;
+mod soft_pcf;
+mod tracing;
+mod views;

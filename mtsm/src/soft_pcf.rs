@@ -1,0 +1,155 @@
+//! Soft shadows by percentage closer filtering: what traced ones are compared
+//! with (Xie, Tabellion & Pearce 2007, §3).
+
+use std::convert::Infallible;
+
+use dsm_core::{AreaLight, Error, LightVisibility, Result, Transmittance};
+use glam::DVec3;
+
+use crate::multilayer_tracer::{TracedMap, map_frame};
+use crate::trace_statistics::TraceCounters;
+use crate::{LightFrame, TraceStatistics};
+
+/// Which layers of a pixel shade.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FilteredLayers {
+    /// The first only, as in a plain shadow map.
+    Shallowest,
+    /// All that a deep shadow map has: of a multilayer transparent shadow map the
+    /// first run.
+    #[default]
+    All,
+}
+
+/// Soft shadows by stochastic taps in a filter region around the receiver's
+/// place in a map of layers. The region is what the light's outline becomes on
+/// the plane of the map's smallest depth, seen from the receiver: for a light of
+/// radius r and a camera at its centre, r · resolution · (1/z_min − 1/z) pixels
+/// around it (equation 1). Every tap compares depths at the receiver's own, so
+/// that shadows merge and shift as the paper shows (§3): a baseline.
+///
+/// Taps are those points of the region that the shadow rays of a tracer with as
+/// many rays would go through, so that noise cancels where both are compared.
+/// Receivers beside the light are lit, and taps outside the map.
+#[derive(Debug)]
+pub struct SoftPercentageCloser<'a, M> {
+    map: &'a M,
+    frame: LightFrame,
+    /// The largest w of all layers.
+    nearest: Option<f64>,
+    layers: FilteredLayers,
+    taps: u32,
+    bias: f64,
+    counters: TraceCounters,
+}
+
+impl<'a, M: TracedMap> SoftPercentageCloser<'a, M> {
+    /// A filter of 256 taps over `map`, without bias. O(pixels).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Camera`] if the map has no perspective camera.
+    pub fn new(map: &'a M, layers: FilteredLayers) -> Result<Self> {
+        let frame = map_frame(map)?;
+        let [width, height] = frame.size();
+        let ranges = (0..width as usize * height as usize)
+            .filter_map(|pixel| map.depth_range(pixel))
+            .map(|[near, _]| f64::from(near));
+        let nearest = ranges.reduce(f64::min).map(f64::recip);
+        let counters = TraceCounters::default();
+        Ok(Self { map, frame, nearest, layers, taps: 256, bias: 0.0, counters })
+    }
+
+    /// The same with another number of taps.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Setting`] without any.
+    pub fn with_taps(self, taps: u32) -> Result<Self> {
+        if taps == 0 {
+            let reason = "there must be at least 1 a light";
+            return Err(Error::Setting { setting: "taps", reason });
+        }
+        Ok(Self { taps, ..self })
+    }
+
+    /// The same with a bias, which is taken off the receiver's depth, in scene
+    /// units.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Setting`] unless it is finite.
+    pub fn with_bias(self, bias: f64) -> Result<Self> {
+        if !bias.is_finite() {
+            return Err(Error::Setting { setting: "bias", reason: "it must be finite" });
+        }
+        Ok(Self { bias, ..self })
+    }
+
+    /// The light's frame.
+    #[must_use]
+    pub const fn frame(&self) -> &LightFrame {
+        &self.frame
+    }
+
+    /// What was asked so far; rays are taps.
+    #[must_use]
+    pub fn statistics(&self) -> TraceStatistics {
+        self.counters.get()
+    }
+
+    /// The light left at one tap; `None` where it is all of it, for want of a
+    /// place in the map.
+    fn tap(
+        &self,
+        receiver: DVec3,
+        light: DVec3,
+        counted: &mut TraceStatistics,
+    ) -> Option<M::Value> {
+        counted.rays += 1;
+        let depth = self.frame.camera_point(receiver).z;
+        let is_deeper = depth > self.frame.light_depth();
+        counted.beside += u64::from(!is_deeper);
+        let ray = self.frame.ray(receiver, light, 0.0)?;
+        let nearest = self.nearest.filter(|&nearest| nearest >= ray.range()[0])?;
+        let place = ray.at(nearest);
+        let size = self.frame.size().map(f64::from);
+        if !(0..2).all(|axis| (0.0..size[axis]).contains(&place[axis])) {
+            counted.leaving += 1;
+            return None;
+        }
+        let [x, y] = place.map(|at| at as usize);
+        let pixel = y * self.frame.size()[0] as usize + x;
+        let depth = (depth - self.bias) as f32;
+        Some(match self.layers {
+            FilteredLayers::Shallowest => self.map.behind_first(pixel, depth),
+            FilteredLayers::All => self.map.behind_all(pixel, depth),
+        })
+    }
+}
+
+impl<M: TracedMap> LightVisibility for SoftPercentageCloser<'_, M> {
+    type Value = M::Value;
+    type Error = Infallible;
+
+    fn visibility(
+        &self,
+        receiver: DVec3,
+        light: &AreaLight,
+        seed: u64,
+    ) -> std::result::Result<M::Value, Infallible> {
+        let mut counted = TraceStatistics::default();
+        let mut sum = M::Value::BLOCKED.to_sum();
+        for point in light.samples(receiver, self.taps, seed) {
+            let left = self.tap(receiver, point, &mut counted).unwrap_or(M::Value::CLEAR);
+            for (channel, sum) in sum.as_mut().iter_mut().enumerate() {
+                *sum += f64::from(left.channel(channel));
+            }
+        }
+        self.counters.add(counted);
+        let taps = f64::from(self.taps);
+        let mean = M::Value::sum_from_channels(|channel| sum.as_ref()[channel] / taps);
+        Ok(M::Value::from_sum(mean))
+    }
+}
