@@ -48,7 +48,7 @@ pub struct ShadowCamera {
 }
 
 impl ShadowCamera {
-    fn matrices(&self) -> Result<(DMat4, DMat4)> {
+    pub(crate) fn matrices(&self) -> Result<(DMat4, DMat4)> {
         match (self.world_to_camera, self.world_to_ndc) {
             (Some(camera), Some(ndc)) => Ok((camera.as_dmat4(), ndc.as_dmat4())),
             (None, _) => Err(Error::Camera("the world-to-camera matrix is unknown")),

@@ -239,4 +239,4 @@ pub(crate) const fn check_limit(what: &'static str, count: u64, limit: u64) -> R
 }
 
 /// The result of a fallible call of this crate.
-pub type Result<T> = std::result::Result<T, Error>;
+pub type Result<T, E = Error> = std::result::Result<T, E>;

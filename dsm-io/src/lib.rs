@@ -36,7 +36,9 @@ pub use achieved_error::AchievedError;
 pub use any::{AnyCachedMap, AnyDeepMap};
 pub use attribute::Attribute;
 pub use bake::{BakeOptions, BakeReport, bake};
-pub use cache::{CacheStatistics, CachedMap, CachedTile, LookupCursor, TileCache};
+pub use cache::{
+    CacheStatistics, CachedMap, CachedShadow, CachedTile, CursorPool, LookupCursor, TileCache,
+};
 pub use codec::tile_columns::{ColumnReader, TileColumn};
 pub use codec::{Block, Codec, EncodedTile};
 pub use convert::{

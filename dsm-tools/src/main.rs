@@ -2,11 +2,11 @@
 
 mod args;
 mod cmd;
+mod filtering;
 mod interrupt;
 mod output;
 mod parallel;
 mod points;
-mod raster;
 mod signals;
 
 use std::io::{self, ErrorKind, Write};

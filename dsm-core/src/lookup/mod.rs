@@ -4,5 +4,7 @@
 pub(crate) mod field;
 pub(crate) mod filtered;
 pub(crate) mod footprint;
+pub(crate) mod projection;
 pub(crate) mod pyramid;
 pub(crate) mod receiver;
+pub(crate) mod shadow;

@@ -14,6 +14,7 @@
 mod cursor;
 mod load;
 mod map;
+mod shadow;
 mod shard;
 mod statistics;
 mod store;
@@ -27,6 +28,7 @@ use dsm_core::Transmittance;
 
 pub use cursor::LookupCursor;
 pub use map::CachedMap;
+pub use shadow::{CachedShadow, CursorPool};
 pub use statistics::CacheStatistics;
 pub use tile::CachedTile;
 

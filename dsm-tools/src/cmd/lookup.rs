@@ -3,32 +3,26 @@
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, bail};
-use dsm_core::{Footprint, LevelChoice, Pyramid, Receiver, Transmittance, VisibilityField};
-use dsm_io::{AnyCachedMap, CachedMap, Limits, LookupCursor, TileCache};
+use anyhow::{Context, Result};
+use dsm_core::{
+    Bias, Facing, Footprint, LevelChoice, Receiver, ShadedPoint, ShadowLookup, Transmittance,
+};
+use dsm_io::{AnyCachedMap, CachedMap, CursorPool, Limits, TileCache};
 use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::args::{Lookup, Space};
+use crate::filtering;
 use crate::output::light;
 use crate::parallel::with_threads;
 use crate::points::PointReader;
-use crate::raster::WorldToRaster;
 
 /// Points that are in memory at a time.
 const CHUNK: usize = 1 << 16;
 /// Points that one task takes.
 const TASK: usize = 1 << 10;
-
-/// Bytes of tiles that are kept at hand: the tiles of large maps come and go,
-/// and small ones stay whole.
-const TILE_BYTES: u64 = 1 << 30;
-
-/// Pixels that the filter of one point may reach: about a second's work.
-const MOST_PIXELS: u64 = 1 << 26;
 
 /// What `--stats` prints.
 #[derive(Serialize)]
@@ -45,7 +39,7 @@ struct Statistics {
 pub(crate) fn run(request: &Lookup) -> Result<()> {
     with_threads(request.effort.threads, || {
         let start = Instant::now();
-        let cache = TileCache::new(TILE_BYTES);
+        let cache = TileCache::new(filtering::TILE_BYTES);
         let map = AnyCachedMap::open(&cache, &request.map, &Limits::default())?;
         let open_s = start.elapsed().as_secs_f64();
         let (points, time) = match map {
@@ -104,11 +98,9 @@ fn open(path: &Path) -> Result<PointReader<File>> {
 
 /// A map, and how it is asked.
 struct Shadow<T> {
-    map: CachedMap<T>,
-    /// Cursors that no task uses now, with the tiles they hold.
-    idle: Mutex<Vec<Pyramid<LookupCursor<T>>>>,
+    cursors: CursorPool<T>,
     /// `None`: points are in raster space already.
-    world: Option<WorldToRaster>,
+    world: Option<ShadowLookup>,
     footprint: Footprint,
     level: LevelChoice,
     bias: f32,
@@ -117,82 +109,45 @@ struct Shadow<T> {
 impl<T: Transmittance> Shadow<T> {
     fn new(map: CachedMap<T>, request: &Lookup) -> Result<Self> {
         let &Lookup { space, footprint, level, bias, .. } = request;
-        let metadata = map.reader().metadata();
         let world = match space {
-            Space::World => {
-                Some(WorldToRaster::new(&metadata.info, [metadata.width, metadata.height])?)
-            }
+            Space::World => Some(
+                filtering::shadow_lookup(&map)?
+                    .with_footprint(footprint)
+                    .with_level(level)
+                    .with_bias(Bias::Depth(bias)),
+            ),
             Space::Raster => None,
         };
-        let shadow = Self { map, idle: Mutex::default(), world, footprint, level, bias };
-        let pyramid = shadow.pyramid()?;
-        if let LevelChoice::Fixed(level) = level {
-            match pyramid.levels().len() {
-                count if level <= (count - 1) as f64 => {}
-                1 => bail!("there is no level {level}: the map has one level, 0"),
-                count => bail!(
-                    "there is no level {level}: the map has {count} levels, 0 to {}",
-                    count - 1
-                ),
-            }
-        }
-        let reached = shadow.pixels_of_a_filter(&pyramid);
-        if reached > MOST_PIXELS {
-            bail!(
-                "the filter reaches {reached} pixels, more than the {MOST_PIXELS} of a lookup: \
-                 look up a coarser level (--level)"
-            );
-        }
-        shadow.put_back(pyramid);
-        Ok(shadow)
+        let cursors = filtering::cursors(map, &footprint, level)?;
+        Ok(Self { cursors, world, footprint, level, bias })
     }
 
-    /// About how many pixels a filter visits in the finer of its levels.
-    fn pixels_of_a_filter(&self, pyramid: &Pyramid<LookupCursor<T>>) -> u64 {
-        let Footprint::Isotropic(filter) = self.footprint else { return 1 };
-        let width = f64::from(filter.width());
-        let finest = match self.level {
-            LevelChoice::Fixed(level) => level,
-            LevelChoice::Auto => (width / 2.0).log2(),
-        };
-        let levels = pyramid.levels();
-        let level = (finest.max(0.0) as usize).min(levels.len() - 1);
-        let reach = width / 2.0_f64.powi(level as i32) + 1.0;
-        levels[level].size().map(|size| (reach as u64).min(size.into())).iter().product()
-    }
-
-    /// Cursors over the map's levels, for one task.
-    fn pyramid(&self) -> Result<Pyramid<LookupCursor<T>>> {
-        let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
-        match idle {
-            Some(pyramid) => Ok(pyramid),
-            None if self.level == LevelChoice::FINEST => Ok(Pyramid::new(vec![self.map.cursor()])?),
-            None => Ok(self.map.pyramid()?),
-        }
-    }
-
-    fn put_back(&self, pyramid: Pyramid<LookupCursor<T>>) {
-        self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(pyramid);
-    }
-
-    /// The light that reaches each point.
-    fn lights(&self, points: &[[f64; 3]]) -> Result<Vec<T>> {
-        let pyramid = self.pyramid()?;
-        let lights = points.iter().map(|point| self.light(&pyramid, point)).collect();
-        self.put_back(pyramid);
-        lights
-    }
-
-    /// The light that reaches a point: 1 outside the map, behind the camera
+    /// The light that reaches each point: 1 outside the map, behind the camera
     /// and for NaN.
-    fn light(&self, pyramid: &Pyramid<LookupCursor<T>>, point: &[f64; 3]) -> Result<T> {
-        let raster = match &self.world {
-            Some(world) => world.project((*point).into())?.map(|raster| raster.to_array()),
-            None => Some(*point),
-        };
-        let Some(raster) = raster else { return Ok(T::CLEAR) };
-        let [x, y, depth] = raster.map(|coordinate| coordinate as f32);
-        let receiver = Receiver { bias: self.bias, ..Receiver::new([x, y], depth) };
-        Ok(pyramid.lookup(&receiver, &self.footprint, self.level)?)
+    fn lights(&self, points: &[[f64; 3]]) -> Result<Vec<T>> {
+        let mut lights = Vec::with_capacity(points.len());
+        self.cursors.with_pyramid(|pyramid| {
+            match &self.world {
+                Some(lookup) => {
+                    let shaded = |&point: &[f64; 3]| ShadedPoint {
+                        position: point.into(),
+                        facing: Facing::Light,
+                        seed: 0,
+                    };
+                    let points: Vec<_> = points.iter().map(shaded).collect();
+                    lookup.lights(pyramid, &points, &mut lights)?;
+                }
+                None => {
+                    for point in points {
+                        let [x, y, depth] = point.map(|coordinate| coordinate as f32);
+                        let bias = self.bias;
+                        let receiver = Receiver { bias, ..Receiver::new([x, y], depth) };
+                        lights.push(pyramid.lookup(&receiver, &self.footprint, self.level)?);
+                    }
+                }
+            }
+            Ok::<_, dsm_io::Error>(())
+        })?;
+        Ok(lights)
     }
 }
