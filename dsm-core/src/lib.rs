@@ -62,6 +62,7 @@ pub use mip::MipPyramid;
 pub use pixel_lists::{PixelLists, PixelListsBuilder, PixelListsView};
 pub use polyline::Polyline;
 pub use product::VisibilityProduct;
+pub use random::next_bits;
 pub use sampling::PixelSampling;
 pub use shadow::{Facing, LightVisibility, OcclusionTracer, ShadedPoint};
 pub use tile_hits::TileHits;

@@ -12,8 +12,10 @@ pub(crate) fn mix(value: u64) -> u64 {
     value ^ (value >> 31)
 }
 
-/// The next number of SplitMix64: every seed gives a sequence of its own.
-pub(crate) fn next_bits(state: &mut u64) -> u64 {
+/// The next number of SplitMix64 (Steele, Lea & Flood 2014), and the state
+/// after it: every first state gives a sequence of its own, of 2⁶⁴ numbers.
+#[must_use]
+pub fn next_bits(state: &mut u64) -> u64 {
     let bits = mix(*state);
     *state = state.wrapping_add(WEYL);
     bits

@@ -52,6 +52,7 @@ pub use deep_exr::{
     ExrLayout,
 };
 pub use error::{Error, Place, Result};
+pub use format::atomic_file::replace_file;
 pub use format::container::Container;
 pub use format::directory::{TileDirectory, TileEntry};
 pub use format::level::Level;

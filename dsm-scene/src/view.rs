@@ -125,6 +125,31 @@ pub struct Light {
 }
 
 impl Light {
+    /// The same light of another full width and height, in scene units: of
+    /// disks and spheres the diameter. Nothing of any size is a point, and a
+    /// point of some size a rectangle.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Malformed`] for a disk or sphere that is wider than high or
+    /// higher than wide; [`Self::area`] refuses other sizes.
+    pub fn with_size(self, size: [f64; 2]) -> Result<Self> {
+        let [width, height] = size;
+        let outline = match self.outline {
+            _ if size == [0.0; 2] => LightOutline::Point,
+            LightOutline::Point | LightOutline::Rectangle { .. } => {
+                LightOutline::Rectangle { size }
+            }
+            _ if width != height => {
+                let reason = "a disk or a sphere is as high as wide";
+                return Err(Error::malformed(Place::Named("light size".into()), reason));
+            }
+            LightOutline::Disk { .. } => LightOutline::Disk { radius: width / 2.0 },
+            LightOutline::Sphere { .. } => LightOutline::Sphere { radius: width / 2.0 },
+        };
+        Ok(Self { outline, ..self })
+    }
+
     /// The shadow camera's raster of `resolution` pixels, which are square.
     ///
     /// # Errors
@@ -364,6 +389,19 @@ mod tests {
             assert_eq!(basis.z_axis, DVec3::Y);
             assert_eq!(basis.y_axis, DVec3::X, "x is the first of the least aligned");
         }
+    }
+
+    #[test]
+    fn lights_take_another_size() {
+        let plain = light(Projection::Perspective { fov: 40.0 }, DVec3::Y);
+        let outline = |outline, size| Light { outline, ..plain }.with_size(size).map(|l| l.outline);
+        let disk = LightOutline::Disk { radius: 3.0 };
+        assert_eq!(outline(disk, [1.0; 2]).unwrap(), LightOutline::Disk { radius: 0.5 });
+        assert_eq!(outline(disk, [0.0; 2]).unwrap(), LightOutline::Point);
+        assert!(outline(disk, [1.0, 2.0]).is_err());
+        let size = [1.0, 2.0];
+        assert_eq!(outline(LightOutline::Point, size).unwrap(), LightOutline::Rectangle { size });
+        assert!(plain.with_size([1.0, f64::NAN]).unwrap().area().is_err());
     }
 
     #[test]

@@ -6,6 +6,7 @@ mod filtering;
 mod interrupt;
 mod output;
 mod parallel;
+mod pcf_shadow;
 mod points;
 mod signals;
 
@@ -38,6 +39,7 @@ fn main() -> ExitCode {
         Request::Lookup(request) => cmd::lookup::run(&request),
         Request::Mip(request) => cmd::mip::run(&request),
         Request::Merge(request) => cmd::merge::run(&request),
+        Request::Render(request) => cmd::render::run(&request),
         Request::Verify(request) => cmd::verify::run(&request),
     };
     match done {

@@ -57,7 +57,8 @@ impl Default for BiasSummary {
 }
 
 impl BiasSummary {
-    fn add(&mut self, bias: f32) {
+    /// Adds the bias of a point.
+    pub fn add(&mut self, bias: f32) {
         let bias = f64::from(bias);
         self.merge(Self { points: 1, least: bias, sum: bias, most: bias });
     }
@@ -295,5 +296,160 @@ impl<F: VisibilityField + Sync> LightVisibility for FilteredShadow<F> {
         let biases = self.lookup.lights(&self.pyramid, points, values)?;
         self.biases.lock().unwrap_or_else(PoisonError::into_inner).merge(biases);
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        BakeSettings, Baker, DeepMap, Error, Filter, FilterShape, RayHits, RaySource, SamplePoint,
+        ShadowCamera, SurfaceHit,
+    };
+    use glam::{Mat4, Vec4};
+
+    const SIZE: u32 = 32;
+
+    /// At the origin, looks down −z; at depth z the map is 2 z wide, or always
+    /// 2.
+    fn camera(perspective: bool) -> ShadowCamera {
+        let (last, row_w) =
+            if perspective { ([-0.5, -0.5], Vec4::NEG_Z) } else { ([0.0, 0.0], Vec4::W) };
+        let shift = if perspective { 0.0 } else { 0.5 };
+        let ndc = Mat4::from_rows(
+            Vec4::new(0.5, 0.0, last[0], shift),
+            Vec4::new(0.0, -0.5, last[1], shift),
+            Vec4::NEG_Z,
+            row_w,
+        );
+        ShadowCamera { world_to_camera: Some(Mat4::IDENTITY), world_to_ndc: Some(ndc) }
+    }
+
+    /// The depth of the plane through (0, 0, −4) along the ray of a raster
+    /// point, and the direction of that ray per depth and its origin.
+    fn meet(normal: DVec3, [x, y]: [f64; 2], perspective: bool) -> (f64, DVec3) {
+        let half = f64::from(SIZE) / 2.0;
+        let across = DVec2::new(x / half - 1.0, 1.0 - y / half);
+        let (origin, direction) = if perspective {
+            (DVec3::ZERO, across.extend(-1.0))
+        } else {
+            (across.extend(0.0), DVec3::NEG_Z)
+        };
+        let t = normal.dot(DVec3::new(0.0, 0.0, -4.0) - origin) / normal.dot(direction);
+        (t, origin + direction * t)
+    }
+
+    /// The map of an opaque plane.
+    fn plane(normal: DVec3, perspective: bool) -> FilteredMap {
+        let hits = |point: SamplePoint, hits: &mut RayHits<f32>| {
+            let (depth, _) = meet(normal, [point.x, point.y], perspective);
+            if depth > 0.0 {
+                hits.push_surface(SurfaceHit { depth: depth as f32, opacity: 1.0 })?;
+            }
+            Ok::<_, Error>(())
+        };
+        let mut settings = BakeSettings::new([SIZE; 2]).unwrap();
+        settings.tile_size = SIZE;
+        settings.camera = Some(camera(perspective));
+        let baker = Baker::<f32, _>::new(RaySource(hits), settings).unwrap();
+        let info = baker.info();
+        let tile = baker.tile([0, 0]).unwrap();
+        FilteredMap { map: DeepMap::new(info, tile.pixels().clone()) }
+    }
+
+    struct FilteredMap {
+        map: DeepMap<f32>,
+    }
+
+    impl FilteredMap {
+        fn light(&self, footprint: Footprint, bias: Bias, point: ShadedPoint) -> f32 {
+            let lookup = ShadowLookup::new(self.map.info(), [SIZE; 2]).unwrap();
+            let lookup = lookup.with_footprint(footprint).with_bias(bias);
+            let pyramid = Pyramid::new(vec![&self.map]).unwrap();
+            let mut lights = Vec::new();
+            let Ok(biases) = lookup.lights(&pyramid, &[point], &mut lights);
+            assert_eq!(biases.points, 1);
+            lights[0]
+        }
+    }
+
+    #[test]
+    fn a_plane_does_not_shade_itself_and_shades_what_lies_behind() {
+        let filter = |shape, width| Footprint::Isotropic(Filter::new(shape, width).unwrap());
+        let footprints =
+            [Footprint::Point, filter(FilterShape::Tent, 2.0), filter(FilterShape::Box, 4.0)];
+        let mut shaded_without = 0;
+        for perspective in [true, false] {
+            for tilt in [[0.0, 0.0], [0.7, 0.2], [-0.3, 2.0], [1.5, -1.5]] {
+                let normal = DVec3::new(tilt[0], tilt[1], 1.0).normalize();
+                let map = plane(normal, perspective);
+                for (step, footprint) in (0..60).flat_map(|step| footprints.map(|f| (step, f))) {
+                    let at = [8.1 + 0.27 * f64::from(step), 23.9 - 0.26 * f64::from(step)];
+                    let (depth, position) = meet(normal, at, perspective);
+                    if !(0.5..6.0).contains(&depth) {
+                        continue;
+                    }
+                    let point = |shift: f64, facing| ShadedPoint {
+                        position: position - normal * shift,
+                        facing,
+                        seed: 0,
+                    };
+                    let lit = Facing::Surface(normal);
+                    let light = |bias, point| map.light(footprint, bias, point);
+                    assert_eq!(light(Bias::Auto, point(0.0, lit)), 1.0, "{tilt:?} {at:?}");
+                    let dark = Facing::Surface(-normal);
+                    // In perspective a steep plane's depth is not linear over
+                    // the pixels of a wide filter.
+                    let own = light(Bias::Auto, point(0.0, dark));
+                    assert!(own < 0.25, "{tilt:?} {at:?} {own}");
+                    // A few pixels further back it is dark whatever it faces.
+                    let side = if perspective { depth / 16.0 } else { 1.0 / 16.0 };
+                    assert_eq!(light(Bias::Auto, point(3.0 * side, lit)), 0.0, "{tilt:?}");
+                    shaded_without +=
+                        u32::from(light(Bias::Depth(0.0), point(0.0, Facing::Light)) < 0.9);
+                }
+            }
+        }
+        assert!(shaded_without > 500, "{shaded_without}");
+    }
+
+    #[test]
+    fn strands_have_the_bias_of_their_slope() {
+        let info = MapInfo { camera: Some(camera(true)), ..MapInfo::default() };
+        let lookup = ShadowLookup::new(&info, [SIZE; 2]).unwrap();
+        let side = 4.0 / 16.0;
+        let bias = |along: DVec3| {
+            let position = DVec3::new(0.0, 0.0, -4.0);
+            let facing = Facing::Strand(along.normalize());
+            let receiver = lookup.receiver(&ShadedPoint { position, facing, seed: 0 }, 1).unwrap();
+            f64::from(receiver.bias) / side
+        };
+        assert!((bias(DVec3::X) - 0.5 * SLACK).abs() < 1e-6);
+        assert!((bias(DVec3::new(1.0, 0.0, -2.0)) - 0.5 * (2.0 + SLACK)).abs() < 1e-6);
+        assert!((bias(DVec3::NEG_Z) - 0.5 * (STEEPEST + SLACK)).abs() < 1e-6);
+        let free = ShadedPoint { position: DVec3::NEG_Z, facing: Facing::Light, seed: 0 };
+        assert_eq!(lookup.receiver(&free, 1).unwrap().bias, 0.0);
+        assert_eq!(lookup.receiver(&ShadedPoint { position: DVec3::Z, ..free }, 1), None);
+        assert_eq!(lookup.receiver(&ShadedPoint { position: DVec3::NAN, ..free }, 1), None);
+        let odd = ShadedPoint { facing: Facing::Surface(DVec3::NAN), ..free };
+        assert!(lookup.receiver(&odd, 1).unwrap().bias.is_finite());
+    }
+
+    #[test]
+    fn coarser_levels_have_larger_biases() {
+        let info = MapInfo { camera: Some(camera(true)), ..MapInfo::default() };
+        let lookup = ShadowLookup::new(&info, [SIZE; 2]).unwrap();
+        let point = ShadedPoint {
+            position: DVec3::new(0.0, 0.0, -4.0),
+            facing: Facing::Surface(DVec3::new(0.6, 0.0, 0.8)),
+            seed: 0,
+        };
+        let bias = |level, levels| lookup.with_level(level).receiver(&point, levels).unwrap().bias;
+        let finest = bias(LevelChoice::FINEST, 6);
+        assert_eq!(bias(LevelChoice::Fixed(1.5), 6), 4.0 * finest);
+        assert_eq!(bias(LevelChoice::Fixed(3.0), 2), 2.0 * finest);
+        let wide = Footprint::Isotropic(Filter::new(FilterShape::Box, 8.0).unwrap());
+        let lookup = lookup.with_footprint(wide).with_level(LevelChoice::Auto);
+        assert_eq!(lookup.receiver(&point, 6).unwrap().bias, 4.0 * finest);
     }
 }

@@ -97,8 +97,13 @@ impl<T: Transmittance> CachedShadow<T> {
     ///
     /// As [`CachedMap::pyramid`], if more than level 0 is asked.
     pub fn new(map: CachedMap<T>, lookup: ShadowLookup) -> Result<Self> {
-        let cursors = CursorPool::new(map, lookup.level())?;
-        Ok(Self { cursors, lookup, biases: Mutex::default() })
+        Ok(Self::of_cursors(CursorPool::new(map, lookup.level())?, lookup))
+    }
+
+    /// Asks the map of `cursors`, which have the levels that `lookup` reads.
+    #[must_use]
+    pub fn of_cursors(cursors: CursorPool<T>, lookup: ShadowLookup) -> Self {
+        Self { cursors, lookup, biases: Mutex::default() }
     }
 
     /// The cursors over the map.

@@ -91,6 +91,18 @@ impl AtomicFile {
     }
 }
 
+/// Replaces `path`, or makes it, by a file of these bytes: there is the old file
+/// or the whole new one, whatever happens meanwhile.
+///
+/// # Errors
+///
+/// [`Error::Io`] if the file cannot be written; then nothing has changed.
+pub fn replace_file(path: &Path, bytes: &[u8]) -> Result<()> {
+    let mut file = AtomicFile::create(path)?;
+    let written = file.append(bytes).and_then(|()| file.commit(&[]));
+    written.map_err(|error| error.in_file(Some(path)))
+}
+
 /// How many symbolic links may lead to each other; as many as Linux follows.
 const MAX_LINKS: usize = 40;
 

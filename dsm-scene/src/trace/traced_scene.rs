@@ -7,6 +7,7 @@ use glam::{DAffine3, DVec3};
 
 use super::bvh::Bvh;
 use super::medium::{DensitySample, integral, march};
+use super::met::{Met, MetPlace};
 use super::ray::Ray;
 use super::segment::SegmentTest;
 use super::triangle::TriangleTest;
@@ -80,6 +81,11 @@ impl TracedScene {
     #[must_use]
     pub fn is_moving(&self) -> bool {
         self.objects.iter().any(|object| object.inverse.is_none())
+    }
+
+    /// Whether any opacity has a colour.
+    pub(crate) fn is_coloured(&self) -> bool {
+        self.objects.iter().any(|object| !object.object.opacity.is_mono())
     }
 
     /// The objects that the ray may meet, each with the ray in its space.
@@ -170,6 +176,19 @@ impl Tracer<'_> {
         ray: &Ray,
         mut push: impl FnMut(&Hit, SurfaceHit<T>) -> Result<()>,
     ) -> Result<()> {
+        self.find(ray);
+        for hit in &self.hits {
+            let depth = hit.t as f32;
+            if depth.is_finite() {
+                let object = &self.scene.objects[hit.object as usize].object;
+                push(hit, SurfaceHit { depth, opacity: scaled(object.opacity, hit.opacity) })?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Finds all surfaces and strands that the ray meets, front to back.
+    fn find(&mut self, ray: &Ray) {
         self.hits.clear();
         for (index, object, own) in self.scene.in_objects(ray) {
             object.meet(&own, |primitive, t, opacity| {
@@ -181,14 +200,38 @@ impl Tracer<'_> {
         self.hits.sort_unstable_by(|a, b| {
             a.t.total_cmp(&b.t).then((a.object, a.primitive).cmp(&(b.object, b.primitive)))
         });
-        for hit in &self.hits {
-            let depth = hit.t as f32;
-            if depth.is_finite() {
-                let object = &self.scene.objects[hit.object as usize].object;
-                push(hit, SurfaceHit { depth, opacity: scaled(object.opacity, hit.opacity) })?;
-            }
+    }
+
+    /// The first surface or strand behind which less than `most` of the light
+    /// is left, by the mean of its channels.
+    pub(crate) fn first_below(&mut self, ray: &Ray, most: f64) -> Option<Met> {
+        self.find(ray);
+        let mut left = 1.0;
+        self.hits.iter().find_map(|hit| {
+            let object = &self.scene.objects[hit.object as usize].object;
+            left *= 1.0 - f64::from(scaled::<f32>(object.opacity, hit.opacity));
+            (left < most).then(|| Met {
+                t: hit.t,
+                opacity: scaled(object.opacity, hit.opacity),
+                place: MetPlace::of(object, hit.primitive, ray),
+            })
+        })
+    }
+
+    /// Calls `visit` with every object of a medium and the density along every
+    /// stretch of the ray that may have any: object after object, each front
+    /// to back. Their integral is exact where the ray leaves a cell.
+    pub(crate) fn densities(
+        &mut self,
+        ray: &Ray,
+        mut visit: impl FnMut(usize, &Object, &[DensitySample]),
+    ) {
+        for (index, object, own) in self.scene.in_objects(ray) {
+            let Shape::Volume(volume) = &*object.object.shape else { continue };
+            march(volume, &own, f64::INFINITY, &mut self.samples, |samples| {
+                visit(index, &object.object, samples);
+            });
         }
-        Ok(())
     }
 
     /// Calls `push` with the extinction along every stretch of the ray that may
@@ -226,10 +269,10 @@ impl Tracer<'_> {
     /// The normal in the world of the surface that was met; strands have none.
     pub(crate) fn normal(&self, ray: &Ray, hit: &Hit) -> Option<DVec3> {
         let object = &self.scene.objects[hit.object as usize].object;
-        let Shape::Mesh(mesh) = &*object.shape else { return None };
-        let [a, b, c] = mesh.corners(hit.primitive as usize).map(|corner| corner.as_dvec3());
-        let normal = (b - a).cross(c - a);
-        object.to_world(ray.time()).transform_vector3(normal).try_normalize()
+        match MetPlace::of(object, hit.primitive, ray) {
+            MetPlace::Surface { normal } => normal,
+            MetPlace::Strand { .. } => None,
+        }
     }
 
     /// The fraction of light that is left at the end of the ray's range. Needs

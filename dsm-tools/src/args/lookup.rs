@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use dsm_core::{Filter, FilterShape, Footprint, LevelChoice};
+use dsm_core::{Footprint, LevelChoice};
 
+use super::filtering::{self, FilterName};
 use super::values::{self, Effort};
 
 /// Answers how much light reaches each of many points
@@ -36,7 +37,7 @@ pub(crate) struct LookupFlags {
     /// two, both are; auto: the one whose pixels are half as wide as the
     /// filter
     #[arg(long, value_name = "L|auto", default_value = "0", allow_negative_numbers = true)]
-    #[arg(value_parser = level)]
+    #[arg(value_parser = filtering::level)]
     level: LevelChoice,
     /// Depth that is taken off each point's, in scene units
     #[arg(long, value_name = "B", default_value = "0", allow_negative_numbers = true)]
@@ -49,39 +50,11 @@ pub(crate) struct LookupFlags {
     effort: Effort,
 }
 
-/// A level, or auto.
-fn level(text: &str) -> Result<LevelChoice, String> {
-    match text.parse::<f64>() {
-        _ if text == "auto" => Ok(LevelChoice::Auto),
-        Ok(level) if (0.0..f64::INFINITY).contains(&level) => Ok(LevelChoice::Fixed(level)),
-        _ => Err("must be auto or a number, at least 0".to_owned()),
-    }
-}
-
 /// What the coordinates of points mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Space {
     World,
     Raster,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum FilterName {
-    Point,
-    Box,
-    Tent,
-    Gaussian,
-}
-
-impl FilterName {
-    const fn shape(self) -> Option<FilterShape> {
-        match self {
-            Self::Point => None,
-            Self::Box => Some(FilterShape::Box),
-            Self::Tent => Some(FilterShape::Tent),
-            Self::Gaussian => Some(FilterShape::Gaussian),
-        }
-    }
 }
 
 /// What `lookup` was asked.
@@ -102,15 +75,7 @@ impl TryFrom<LookupFlags> for Lookup {
 
     fn try_from(flags: LookupFlags) -> Result<Self, String> {
         let LookupFlags { map, points, space, filter, width, level, bias, stats, effort } = flags;
-        let footprint = match (filter.shape(), width) {
-            (None, None) => Footprint::Point,
-            (None, Some(_)) => return Err("--width needs a --filter other than point".to_owned()),
-            (Some(shape), width) => {
-                let width = width.unwrap_or(shape.minimum_width());
-                let filter = Filter::new(shape, width).map_err(|error| error.to_string())?;
-                Footprint::Isotropic(filter)
-            }
-        };
+        let footprint = filtering::footprint(filter, width)?;
         Ok(Self { map, points, space, footprint, level, bias, stats, effort })
     }
 }

@@ -4,10 +4,12 @@ mod bake;
 mod convert;
 mod demo;
 mod diff;
+mod filtering;
 mod inspect;
 mod lookup;
 mod merge;
 mod mip;
+mod render;
 mod values;
 mod verify;
 
@@ -19,14 +21,15 @@ pub(crate) use inspect::{Inspect, SliceFile};
 pub(crate) use lookup::{Lookup, Space};
 pub(crate) use merge::Merge;
 pub(crate) use mip::Mip;
+pub(crate) use render::{Method, Render};
 pub(crate) use values::{ImageFile, ImageFormat};
 pub(crate) use verify::Verify;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 
-/// Bakes, converts, inspects, looks up, mip-maps, compares, merges and verifies
-/// deep shadow maps.
+/// Bakes, converts, inspects, looks up, mip-maps, compares, merges, verifies and
+/// renders with deep shadow maps.
 #[derive(Debug, Parser)]
 #[command(name = "dsm-tools", version)]
 struct Arguments {
@@ -44,6 +47,7 @@ enum Command {
     Lookup(lookup::LookupFlags),
     Mip(mip::MipFlags),
     Merge(merge::MergeFlags),
+    Render(render::RenderFlags),
     Verify(verify::VerifyFlags),
 }
 
@@ -59,6 +63,7 @@ pub(crate) enum Request {
     Lookup(Lookup),
     Mip(Mip),
     Merge(Merge),
+    Render(Box<Render>),
     Verify(Verify),
 }
 
@@ -80,6 +85,9 @@ impl Request {
             }
             Command::Mip(flags) => Self::Mip(flags.into()),
             Command::Merge(flags) => Self::Merge(flags.into()),
+            Command::Render(flags) => {
+                Self::Render(Box::new(flags.try_into().map_err(|error| wrong("render", error))?))
+            }
             Command::Verify(flags) => Self::Verify(flags.into()),
         })
     }

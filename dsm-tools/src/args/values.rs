@@ -96,6 +96,14 @@ pub(super) fn dsm_file() -> impl TypedValueParser<Value = PathBuf> {
     })
 }
 
+/// Accepts names of OpenEXR images.
+pub(super) fn exr_file() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|path| match is_exr(&path) {
+        true => Ok(path),
+        false => Err("the name must end in .exr"),
+    })
+}
+
 /// Whether the name is that of an OpenEXR.
 pub(super) fn is_exr(path: &Path) -> bool {
     extension(path).as_deref() == Some("exr")
@@ -148,6 +156,17 @@ pub(super) fn resolution(text: &str) -> Result<[u32; 2], String> {
     }
 }
 
+/// The width and height of a light in scene units: two numbers, or one for both.
+pub(super) fn light_size(text: &str) -> Result<[f32; 2], String> {
+    let (width, height) = text.split_once('x').unwrap_or((text, text));
+    let size = [finite(width)?, finite(height)?];
+    if size.iter().all(|side| *side >= 0.0) {
+        Ok(size)
+    } else {
+        Err("a light is not smaller than 0".to_owned())
+    }
+}
+
 /// A part of a map: x₀, y₀, x₁, y₁.
 pub(super) fn crop(text: &str) -> Result<[u32; 4], String> {
     let edges = text.split(',').map(natural).collect::<Result<Vec<_>, _>>()?;
@@ -190,6 +209,9 @@ mod tests {
         for text in ["640x", "-1", "0", "1x0", "65537x1"] {
             assert!(resolution(text).is_err(), "{text}");
         }
+        assert_eq!(light_size("1.5x0.25"), Ok([1.5, 0.25]));
+        assert_eq!(light_size("0"), Ok([0.0; 2]));
+        assert!(light_size("1x-1").is_err() && light_size("x").is_err());
         assert_eq!(crop("0,64,128,192"), Ok([0, 64, 128, 192]));
         assert!(crop("0,1,2").is_err() && crop("0,1,2,3,4").is_err());
         assert_eq!(pixel("3, 4"), Ok([3, 4]));

@@ -3,7 +3,7 @@
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use dsm_core::{DeepMap, Rgb, Transmittance, VisibilityFunction, VisibilityView};
 use dsm_io::{AnyDeepMap, Limits, MapReader, TileId};
 
@@ -100,5 +100,5 @@ pub(crate) fn write_slice<T: Transmittance>(map: &DeepMap<T>, file: &SliceFile) 
 }
 
 fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
-    std::fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
+    Ok(dsm_io::replace_file(path, bytes)?)
 }

@@ -8,4 +8,5 @@ pub(crate) mod inspect;
 pub(crate) mod lookup;
 pub(crate) mod merge;
 pub(crate) mod mip;
+pub(crate) mod render;
 pub(crate) mod verify;

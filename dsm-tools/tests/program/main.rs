@@ -12,6 +12,7 @@ mod lookup;
 mod maps;
 mod merge;
 mod mip;
+mod render;
 mod run;
 mod usage;
 mod verify;

@@ -22,7 +22,7 @@ fn wrong_usage_has_exit_code_2() {
 /// A switch comes with what it switches: taken and ignored, it would lie.
 #[test]
 fn what_is_not_there_is_not_accepted() {
-    run!("render", "a").is_wrong_usage("render");
+    run!("render", "a", "-o", "b.png", "--crop", "0").is_wrong_usage("--crop");
     for switch in ["--method", "--light-size", "--rays", "--accumulate"] {
         run!("lookup", "a", "--points", "b", switch, "0").is_wrong_usage(switch);
     }

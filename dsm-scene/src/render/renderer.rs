@@ -1,0 +1,261 @@
+//! From a scene and a shadow method to a picture.
+
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use dsm_core::{
+    AreaLight, Facing, LightVisibility, PixelSampling, ShadedPoint, TileSamples, Transmittance,
+};
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::image::Image;
+use super::numbers::{Numbers, spread, spread_otherwise};
+use super::shading::radiance;
+use super::sight::{Eye, Matter, Sight};
+use crate::error::Result;
+use crate::trace::TracedScene;
+use crate::view::ViewRaster;
+
+/// Width and height of what one task renders, in pixels.
+const BLOCK: u32 = 16;
+
+/// How far a shaded point stands off what it lies on, on the side that is seen,
+/// in scene units: twice what [`crate::SceneReference`] passes over, so that a
+/// surface shades the side that is turned from the light.
+const OFFSET: f64 = 2e-4;
+
+/// What a picture shows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RenderSettings {
+    /// Camera rays a pixel, each with a place, a time and an end of its own.
+    pub sampling: PixelSampling,
+    /// Tells pictures apart that are sampled at the same places.
+    pub seed: u64,
+    /// The shadow factor alone, unshaded; 1 where the camera sees nothing.
+    pub factor: bool,
+    /// Whether strands and media are in shadow: without, only surfaces are.
+    pub self_shadowing: bool,
+}
+
+impl RenderSettings {
+    /// Shaded pictures of `samples` camera rays a pixel, with all shadows.
+    ///
+    /// # Errors
+    ///
+    /// [`crate::Error::Core`] unless there are 1 to 4096.
+    pub fn new(samples: u32, seed: u64) -> Result<Self> {
+        let sampling = PixelSampling::new(samples, seed)?;
+        Ok(Self { sampling, seed, factor: false, self_shadowing: true })
+    }
+}
+
+/// Renders a scene under one light.
+///
+/// Every camera ray ends at one place: a surface, a strand or a point in a
+/// medium, taken as often as its share of what the ray sees. There the shadow
+/// factor is asked for, and the light goes on by Lambert's law from surfaces,
+/// by Kajiya and Kay's model (1989) from strands, and evenly from media. The
+/// light does not get weaker with distance; what it does not reach is black, as
+/// is what lies behind everything.
+///
+/// Strands are shaded on the side of the light. The same arguments give the
+/// same picture, whatever the number of threads.
+///
+/// ```
+/// use dsm_scene::{RenderSettings, Renderer, SceneReference, TracedScene, builtin_scene};
+///
+/// let scene = builtin_scene("spinning-sphere")?;
+/// let traced = TracedScene::new(&scene)?;
+/// let camera = scene.camera.raster([32, 18])?;
+/// let renderer = Renderer::new(&traced, camera, scene.light.area()?, RenderSettings::new(4, 0)?);
+/// let shadow = SceneReference::<f32>::new(&traced).with_rays(4);
+/// let Ok(Some(image)) = renderer.render(&shadow, |_| std::ops::ControlFlow::Continue(())) else {
+///     panic!("nobody broke it off");
+/// };
+/// assert_eq!(image.size(), [32, 18]);
+/// assert!(image.is_grey());
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
+pub struct Renderer<'a> {
+    scene: &'a TracedScene,
+    camera: ViewRaster,
+    light: AreaLight,
+    settings: RenderSettings,
+}
+
+/// How far a picture has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RenderProgress {
+    /// Blocks that are done.
+    pub done: u64,
+    /// All blocks.
+    pub blocks: u64,
+}
+
+impl<'a> Renderer<'a> {
+    /// Looks at `scene` through `camera`.
+    #[must_use]
+    pub const fn new(
+        scene: &'a TracedScene,
+        camera: ViewRaster,
+        light: AreaLight,
+        settings: RenderSettings,
+    ) -> Self {
+        Self { scene, camera, light, settings }
+    }
+
+    /// The picture with these shadows, on the threads of the current pool.
+    /// `watch` is told before every block how far it has come, from any thread,
+    /// and may break it off: then there is none.
+    ///
+    /// # Errors
+    ///
+    /// What the shadow method says.
+    pub fn render<V: LightVisibility>(
+        &self,
+        shadow: &V,
+        watch: impl Fn(RenderProgress) -> ControlFlow<()> + Sync,
+    ) -> std::result::Result<Option<Image>, V::Error>
+    where
+        V::Error: Send,
+    {
+        let size @ [width, height] = self.camera.resolution();
+        let columns = width.div_ceil(BLOCK);
+        let blocks = u64::from(columns) * u64::from(height.div_ceil(BLOCK));
+        let done = AtomicU64::new(0);
+        let rendered = (0..blocks)
+            .into_par_iter()
+            .map(|block| {
+                let progress = RenderProgress { done: done.load(Ordering::Relaxed), blocks };
+                if watch(progress).is_break() {
+                    return Ok(None);
+                }
+                let corner = [block % u64::from(columns), block / u64::from(columns)];
+                let pixels = self.block(corner.map(|at| at as u32 * BLOCK), shadow)?;
+                done.fetch_add(1, Ordering::Relaxed);
+                Ok(Some(pixels))
+            })
+            .collect::<std::result::Result<Vec<_>, V::Error>>()?;
+        let Some(rendered) = rendered.into_iter().collect::<Option<Vec<_>>>() else {
+            return Ok(None);
+        };
+        let mut pixels = Vec::with_capacity(width as usize * height as usize);
+        for row in 0..height {
+            for column in (0..columns).map(|column| column * BLOCK) {
+                let block = &rendered[((row / BLOCK) * columns + column / BLOCK) as usize];
+                let length = BLOCK.min(width - column) as usize;
+                let start = (row % BLOCK) as usize * length;
+                pixels.extend_from_slice(&block[start..start + length]);
+            }
+        }
+        Ok(Image::new(size, pixels))
+    }
+
+    /// The pixels of a block, row by row.
+    fn block<V: LightVisibility>(
+        &self,
+        corner: [u32; 2],
+        shadow: &V,
+    ) -> std::result::Result<Vec<[f32; 3]>, V::Error> {
+        let [width, height] = self.camera.resolution();
+        let [columns, rows] = [(width - corner[0]).min(BLOCK), (height - corner[1]).min(BLOCK)];
+        let mut eye = Eye::new(self.scene);
+        let mut pixels = Vec::with_capacity((columns * rows) as usize);
+        let (mut sights, mut points, mut factors) = (Vec::new(), Vec::new(), Vec::new());
+        // A row's points come together: methods keep what neighbours share.
+        for y in corner[1]..corner[1] + rows {
+            sights.clear();
+            points.clear();
+            factors.clear();
+            self.look([corner[0], y], columns, &mut eye, &mut sights);
+            for (sight, seed) in &sights {
+                points.extend(sight.as_ref().and_then(|sight| self.shaded(sight, *seed)));
+            }
+            shadow.visibilities(&points, &self.light, &mut factors)?;
+            let mut factors = factors.iter().map(|&factor| channels(factor));
+            let per_pixel = sights.len() / columns as usize;
+            for sights in sights.chunks_exact(per_pixel.max(1)) {
+                let mut sum = [0.0; 3];
+                for (sight, _) in sights {
+                    let value = self.value(sight.as_ref(), &mut factors);
+                    sum.iter_mut().zip(value).for_each(|(sum, value)| *sum += value);
+                }
+                pixels.push(sum.map(|sum| (sum / sights.len() as f64) as f32));
+            }
+        }
+        Ok(pixels)
+    }
+
+    /// Where the camera rays of `columns` pixels from `first` on end, each with
+    /// a seed.
+    fn look(
+        &self,
+        first: [u32; 2],
+        columns: u32,
+        eye: &mut Eye<'_>,
+        sights: &mut Vec<(Option<Sight>, u64)>,
+    ) {
+        let sampling = &self.settings.sampling;
+        let corner = first.map(|coordinate| coordinate as i32);
+        // A row of a block has less samples, and a camera less pixels, than
+        // are refused.
+        let Ok(samples) = TileSamples::new(sampling, corner, [columns, 1], None) else { return };
+        let per_pixel = sampling.samples_per_pixel();
+        for (index, point) in (0..).zip(samples.points()) {
+            let pixel = [first[0] + index / per_pixel, first[1]];
+            let mut numbers = Numbers::of(self.settings.seed, pixel);
+            let (start, other_start) = (numbers.unit(), numbers.unit());
+            let sample = index % per_pixel;
+            let mut numbers = Numbers::of(numbers.bits(), [sample, 0]);
+            let ray = self.camera.ray(point.x, point.y, f64::from(point.time));
+            let mut first_medium = Some(spread_otherwise(other_start, sample));
+            let medium = || first_medium.take().unwrap_or_else(|| numbers.unit());
+            let sight = eye.look(&ray, spread(start, sample), medium);
+            sights.push((sight, numbers.bits()));
+        }
+    }
+
+    /// Where the light is asked for that arrives at `sight`, if it is.
+    fn shaded(&self, sight: &Sight, seed: u64) -> Option<ShadedPoint> {
+        let (off, facing) = match sight.matter {
+            Matter::Surface { normal } => (normal * OFFSET, Facing::Surface(normal)),
+            _ if !self.settings.self_shadowing => return None,
+            Matter::Strand { along, radius } => {
+                (self.to_light(sight) * radius, Facing::Strand(along))
+            }
+            Matter::Medium => (DVec3::ZERO, Facing::Light),
+        };
+        Some(ShadedPoint { position: sight.position + off, facing, seed })
+    }
+
+    fn to_light(&self, sight: &Sight) -> DVec3 {
+        (self.light.centre() - sight.position).normalize_or(DVec3::Y)
+    }
+
+    /// What a sight adds to its pixel; takes its factor, if it has one.
+    fn value(
+        &self,
+        sight: Option<&Sight>,
+        factors: &mut impl Iterator<Item = [f64; 3]>,
+    ) -> [f64; 3] {
+        let Some(sight) = sight else {
+            return [f64::from(u8::from(self.settings.factor)); 3];
+        };
+        let factor = match self.shaded(sight, 0) {
+            Some(_) => factors.next().unwrap_or([1.0; 3]),
+            None => [1.0; 3],
+        };
+        if self.settings.factor {
+            return factor;
+        }
+        let to_eye = (self.camera.eye() - sight.position).normalize_or(DVec3::Y);
+        let radiance = radiance(sight.matter, self.to_light(sight), to_eye);
+        [0, 1, 2].map(|channel| radiance * factor[channel] * sight.worth[channel])
+    }
+}
+
+/// A factor's three channels.
+fn channels<T: Transmittance>(factor: T) -> [f64; 3] {
+    [0, 1, 2].map(|channel| f64::from(factor.channel(channel.min(T::CHANNELS - 1))))
+}

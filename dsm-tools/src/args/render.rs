@@ -1,0 +1,188 @@
+//! The switches of `render`.
+
+use std::path::PathBuf;
+
+use clap::builder::RangedU64ValueParser;
+use clap::{Args, ValueEnum};
+use dsm_core::{Bias, Footprint, LevelChoice};
+
+use super::filtering::{self, FilterName};
+use super::values::{self, Effort, ImageFile, ImageFormat};
+
+/// Renders a scene under its light
+///
+/// SCENE is what `bake` takes. The light's shadows are looked up in its deep
+/// shadow map, in a plain shadow map with percentage closer filtering, or traced
+/// through the scene itself.
+#[derive(Debug, Args)]
+pub(crate) struct RenderFlags {
+    /// A scene file, a model, or builtin:NAME
+    #[arg(value_name = "SCENE")]
+    scene: PathBuf,
+    /// The picture to write: .png (8 bits, sRGB) or .exr (linear)
+    #[arg(short, long = "output", value_name = "IMAGE")]
+    #[arg(value_parser = values::image_file([ImageFormat::Png, ImageFormat::Exr]))]
+    output: ImageFile,
+    /// The deep shadow map of the light (.dsm) [default: one of 512 × 512
+    /// pixels and 16 samples that is baked first]
+    #[arg(long, value_name = "MAP.dsm", value_parser = values::dsm_file())]
+    map: Option<PathBuf>,
+    /// Where the shadows come from: filtered lookups in the deep map; a plain
+    /// shadow map of the same size and samples; or rays through the scene
+    #[arg(long, value_enum, default_value = "filter")]
+    method: MethodName,
+    /// Shadow rays from every point to the light (reference: 1 for a point
+    /// light on a scene where nothing moves), or taps of a lookup (pcf: a
+    /// square number)
+    #[arg(long, value_name = "N", default_value = "16")]
+    #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(1..=65_536))]
+    rays: u32,
+    /// Camera rays a pixel
+    #[arg(long, value_name = "N", default_value = "16")]
+    #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(1..=4096))]
+    samples: u32,
+    /// Width and height of the picture in pixels; one number: a square
+    /// [default: the camera's]
+    #[arg(long, value_name = "WxH", value_parser = values::resolution)]
+    resolution: Option<[u32; 2]>,
+    /// Width and height of the light in scene units, of a disk or a sphere the
+    /// diameter; 0: a point (reference) [default: the scene's]
+    #[arg(long, value_name = "WxH", value_parser = values::light_size)]
+    light_size: Option<[f32; 2]>,
+    /// Which pixels of the map are averaged around a point (filter)
+    #[arg(long, value_enum, default_value = "tent")]
+    filter: FilterName,
+    /// Full width of the filter in pixels of the map's level 0, at least 1, of a
+    /// tent 2 (filter, pcf: there 1) [default: the least]
+    #[arg(long, value_name = "W", allow_negative_numbers = true)]
+    width: Option<f32>,
+    /// Level of the map's pyramid that is read, or auto (filter)
+    #[arg(long, value_name = "L|auto", default_value = "0", allow_negative_numbers = true)]
+    #[arg(value_parser = filtering::level)]
+    level: LevelChoice,
+    /// Depth that is taken off each point's, in scene units; auto: what the
+    /// slope of its surface and the map's pixels ask for (filter, pcf)
+    #[arg(long, value_name = "auto|B", default_value = "auto", allow_negative_numbers = true)]
+    #[arg(value_parser = filtering::bias)]
+    bias: Bias,
+    /// The shadow factor alone, unshaded
+    #[arg(long)]
+    factor: bool,
+    /// Tell how far the picture is from this one, of the same size
+    #[arg(long, value_name = "REF.exr", value_parser = values::exr_file())]
+    compare: Option<PathBuf>,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+    /// Which rays are taken is a function of this and of the pixel
+    #[arg(long, value_name = "N", default_value = "0")]
+    seed: u64,
+    #[command(flatten)]
+    effort: Effort,
+    /// Show no progress, and print nothing but what --json and --compare ask
+    /// for
+    #[arg(long)]
+    quiet: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum MethodName {
+    Filter,
+    Pcf,
+    Reference,
+}
+
+/// Where shadows come from.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Method {
+    /// Lookups in a deep map: a file, or one that is baked first.
+    Filter { map: Option<PathBuf>, footprint: Footprint, level: LevelChoice, bias: Bias },
+    /// Percentage closer filtering.
+    Pcf { taps: u32, width: f32, bias: Bias },
+    /// Rays through the scene.
+    Reference { rays: u32 },
+}
+
+impl Method {
+    /// As the command line spells it.
+    pub(crate) const fn name(&self) -> &'static str {
+        match self {
+            Self::Filter { .. } => "filter",
+            Self::Pcf { .. } => "pcf",
+            Self::Reference { .. } => "reference",
+        }
+    }
+}
+
+/// What `render` was asked.
+#[derive(Debug)]
+pub(crate) struct Render {
+    pub(crate) scene: PathBuf,
+    pub(crate) output: ImageFile,
+    pub(crate) method: Method,
+    pub(crate) samples: u32,
+    pub(crate) resolution: Option<[u32; 2]>,
+    pub(crate) light_size: Option<[f32; 2]>,
+    pub(crate) factor: bool,
+    pub(crate) compare: Option<PathBuf>,
+    pub(crate) json: bool,
+    pub(crate) seed: u64,
+    pub(crate) effort: Effort,
+    pub(crate) quiet: bool,
+}
+
+impl TryFrom<RenderFlags> for Render {
+    type Error = String;
+
+    fn try_from(flags: RenderFlags) -> Result<Self, String> {
+        let RenderFlags { rays, width, level, bias, filter, map, .. } = flags;
+        let method = match flags.method {
+            MethodName::Filter => {
+                let footprint = filtering::footprint(filter, width)?;
+                Method::Filter { map, footprint, level, bias }
+            }
+            _ if map.is_some() => {
+                return Err(format!("--map has no use for --method {}", flags.method.name()));
+            }
+            MethodName::Pcf => {
+                let width = width.unwrap_or(1.0);
+                if !(width > 0.0 && width.is_finite()) {
+                    return Err("--width: a filter has a finite width above 0".to_owned());
+                }
+                let side = rays.isqrt();
+                if side * side != rays || rays > 4096 {
+                    return Err("--rays: pcf takes a square number of taps, 1 to 4096".to_owned());
+                }
+                Method::Pcf { taps: rays, width, bias }
+            }
+            MethodName::Reference => Method::Reference { rays },
+        };
+        let RenderFlags { scene, output, samples, resolution, factor, compare, json, seed, .. } =
+            flags;
+        let RenderFlags { effort, quiet, light_size, .. } = flags;
+        Ok(Self {
+            scene,
+            output,
+            method,
+            samples,
+            resolution,
+            light_size,
+            factor,
+            compare,
+            json,
+            seed,
+            effort,
+            quiet,
+        })
+    }
+}
+
+impl MethodName {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Filter => "filter",
+            Self::Pcf => "pcf",
+            Self::Reference => "reference",
+        }
+    }
+}

@@ -1,0 +1,337 @@
+//! `render`: a scene under its light.
+
+use std::io::{self, Write};
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+use dsm_core::{
+    BakeSettings, Bias, BiasSummary, Footprint, LevelChoice, LightVisibility, MapInfo, Rgb,
+    ShadowLookup, Transmittance,
+};
+use dsm_io::{
+    AnyCachedMap, BakeOptions, CachedMap, CachedShadow, Limits, PyramidOptions, TileCache,
+};
+use dsm_scene::{
+    Image, ImageDifference, RenderSettings, Renderer, Scene, SceneRasterizer, SceneReference,
+    TracedScene, open_scene,
+};
+use mtsm::{DepthMap, DepthMapSettings, PercentageCloserFilter};
+use serde::Serialize;
+
+use super::bake::BakeJob;
+use crate::args::{Method, Render};
+use crate::filtering;
+use crate::interrupt::Interrupt;
+use crate::output::{picture, printable, progress};
+use crate::parallel::with_threads;
+use crate::pcf_shadow::PcfShadow;
+
+/// Pixels of the map that is baked where none is given, and their samples.
+const RESOLUTION: u32 = 512;
+const SAMPLES: u32 = 16;
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Report<'a> {
+    output: &'a Path,
+    width: u32,
+    height: u32,
+    method: &'static str,
+    /// Camera rays a pixel.
+    samples: u32,
+    factor: bool,
+    bias: Option<BiasReport>,
+    /// Seconds to open the scene and build its hierarchies.
+    scene_s: f64,
+    /// Seconds to make or open the map.
+    map_s: f64,
+    render_s: f64,
+    compare: Option<Difference>,
+}
+
+/// The bias that was taken, in scene units.
+#[derive(Serialize)]
+struct BiasReport {
+    rule: &'static str,
+    least: f32,
+    mean: f32,
+    most: f32,
+}
+
+/// How far the picture is from another: of all its channels' values, less the
+/// other's.
+#[derive(Serialize)]
+struct Difference {
+    mean: f64,
+    standard_deviation: f64,
+    mean_absolute: f64,
+    rmse: f64,
+    max: f64,
+}
+
+impl From<ImageDifference> for Difference {
+    fn from(found: ImageDifference) -> Self {
+        let ImageDifference { mean, standard_deviation, mean_absolute, rmse, max } = found;
+        Self { mean, standard_deviation, mean_absolute, rmse, max }
+    }
+}
+
+pub(crate) fn run(request: &Render) -> Result<()> {
+    with_threads(request.effort.threads, || {
+        let started = Instant::now();
+        let mut scene = open_scene(&request.scene)?;
+        if let Some(size) = request.light_size {
+            scene.light = scene.light.with_size(size.map(f64::from))?;
+        }
+        let traced = TracedScene::new(&scene)?;
+        let job = RenderJob { request, scene: &scene, traced: &traced };
+        let scene_s = started.elapsed().as_secs_f64();
+        let Rendered { image, biases, map_s, render_s } = job.run()?;
+        let compare = match &request.compare {
+            Some(path) => {
+                let other = picture::read_exr(path, image.size())?;
+                image.difference(&other).map(Difference::from)
+            }
+            None => None,
+        };
+        picture::write_picture(&image, &request.output)?;
+        let [width, height] = image.size();
+        let report = Report {
+            output: &request.output.path,
+            width,
+            height,
+            method: request.method.name(),
+            samples: request.samples,
+            factor: request.factor,
+            bias: biases.and_then(|(rule, biases)| BiasReport::new(rule, &biases)),
+            scene_s,
+            map_s,
+            render_s,
+            compare,
+        };
+        print(request, &report)
+    })
+}
+
+impl BiasReport {
+    fn new(bias: Bias, biases: &BiasSummary) -> Option<Self> {
+        let mean = biases.mean()? as f32;
+        let rule = match bias {
+            Bias::Auto => "auto",
+            _ => "fixed",
+        };
+        Some(Self { rule, least: biases.least as f32, mean, most: biases.most as f32 })
+    }
+}
+
+fn print(request: &Render, report: &Report<'_>) -> Result<()> {
+    let mut lines = String::new();
+    if request.json {
+        lines = format!("{}\n", serde_json::to_string(report)?);
+    } else {
+        if !request.quiet {
+            lines += &format!(
+                "{}: {} × {} pixels, {}, {} camera rays a pixel\n  \
+                 scene {:.2} s, map {:.2} s, render {:.2} s\n",
+                printable(&report.output.to_string_lossy()),
+                report.width,
+                report.height,
+                report.method,
+                report.samples,
+                report.scene_s,
+                report.map_s,
+                report.render_s,
+            );
+            if let Some(BiasReport { rule, least, mean, most }) = report.bias {
+                lines += &format!("  bias {rule}: {least:.3e} to {most:.3e}, mean {mean:.3e}\n");
+            }
+        }
+        if let Some(Difference { mean, standard_deviation, mean_absolute, rmse, max }) =
+            &report.compare
+        {
+            lines += &format!(
+                "mean {mean:.6}, standard deviation {standard_deviation:.6}, \
+                 mean absolute {mean_absolute:.6}, RMSE {rmse:.6}, max {max:.6}\n"
+            );
+        }
+    }
+    Ok(io::stdout().write_all(lines.as_bytes())?)
+}
+
+/// A picture, and what it took.
+struct Rendered {
+    image: Image,
+    biases: Option<(Bias, BiasSummary)>,
+    map_s: f64,
+    render_s: f64,
+}
+
+/// A scene that is to be rendered.
+struct RenderJob<'a> {
+    request: &'a Render,
+    scene: &'a Scene,
+    traced: &'a TracedScene,
+}
+
+impl RenderJob<'_> {
+    fn run(&self) -> Result<Rendered> {
+        match &self.request.method {
+            Method::Filter { map, footprint, level, bias } => {
+                self.filter(map.as_deref(), *footprint, *level, *bias)
+            }
+            &Method::Pcf { taps, width, bias } => self.pcf(taps, width, bias),
+            &Method::Reference { rays } => {
+                if self.scene.is_coloured() {
+                    self.reference::<Rgb>(rays)
+                } else {
+                    self.reference::<f32>(rays)
+                }
+            }
+        }
+    }
+
+    fn reference<T: Transmittance>(&self, rays: u32) -> Result<Rendered> {
+        let shadow = SceneReference::<T>::new(self.traced).with_rays(rays);
+        let (image, render_s) = self.render(&shadow, |never| match never {})?;
+        Ok(Rendered { image, biases: None, map_s: 0.0, render_s })
+    }
+
+    fn pcf(&self, taps: u32, width: f32, bias: Bias) -> Result<Rendered> {
+        let started = Instant::now();
+        let raster = self.scene.light.raster([RESOLUTION; 2])?;
+        let camera = raster.shadow_camera();
+        let source = SceneRasterizer::<f32>::new(self.scene, raster)?;
+        let mut settings = DepthMapSettings::new([RESOLUTION; 2], SAMPLES)?;
+        settings.camera = Some(camera);
+        let map = DepthMap::sample(&source, &settings)?;
+        let info = MapInfo { camera: Some(camera), ..MapInfo::default() };
+        let lookup = ShadowLookup::new(&info, [RESOLUTION; 2])?.with_bias(bias);
+        let shadow =
+            PcfShadow::new(PercentageCloserFilter::new(&map, taps)?.with_width(width)?, lookup);
+        let map_s = started.elapsed().as_secs_f64();
+        let (image, render_s) = self.render(&shadow, anyhow::Error::from)?;
+        Ok(Rendered { image, biases: Some((bias, shadow.biases())), map_s, render_s })
+    }
+
+    fn filter(
+        &self,
+        map: Option<&Path>,
+        footprint: Footprint,
+        level: LevelChoice,
+        bias: Bias,
+    ) -> Result<Rendered> {
+        let started = Instant::now();
+        let cache = TileCache::new(filtering::TILE_BYTES);
+        // The folder goes when the picture is done.
+        let (baked, folder);
+        let path = match map {
+            Some(path) => path,
+            None => {
+                folder = tempfile::tempdir().context("cannot make a folder for the map")?;
+                baked = folder.path().join("map.dsm");
+                self.bake(&baked, level)?;
+                &baked
+            }
+        };
+        let name = || format!("{}", path.display());
+        let lookup = |lookup: ShadowLookup| {
+            lookup.with_footprint(footprint).with_level(level).with_bias(bias)
+        };
+        match AnyCachedMap::open(&cache, path, &Limits::default())? {
+            AnyCachedMap::Mono(map) => {
+                let shadow = filtered(map, &footprint, level, lookup).with_context(name)?;
+                self.filtered(&shadow, bias, started)
+            }
+            AnyCachedMap::Rgb(map) => {
+                let shadow = filtered(map, &footprint, level, lookup).with_context(name)?;
+                self.filtered(&shadow, bias, started)
+            }
+        }
+    }
+
+    fn filtered<T: Transmittance>(
+        &self,
+        shadow: &CachedShadow<T>,
+        bias: Bias,
+        started: Instant,
+    ) -> Result<Rendered> {
+        let map_s = started.elapsed().as_secs_f64();
+        let (image, render_s) = self.render(shadow, anyhow::Error::from)?;
+        Ok(Rendered { image, biases: Some((bias, shadow.biases())), map_s, render_s })
+    }
+
+    /// Bakes the light's map, with the levels that will be read.
+    fn bake(&self, path: &Path, level: LevelChoice) -> Result<()> {
+        let mut settings = BakeSettings::new([RESOLUTION; 2])?;
+        settings.sampling = dsm_core::PixelSampling::new(SAMPLES, self.request.seed)?;
+        let pyramid = (level != LevelChoice::FINEST).then(PyramidOptions::default);
+        let job = BakeJob {
+            scene: self.scene,
+            name: &self.request.scene.to_string_lossy(),
+            settings,
+            coloured: None,
+            options: BakeOptions::default().with_pyramid(pyramid),
+            seed: self.request.seed,
+            quiet: self.request.quiet,
+        };
+        job.run(path).map(|_| ())
+    }
+
+    /// Renders with these shadows; how long that took.
+    fn render<V: LightVisibility>(
+        &self,
+        shadow: &V,
+        failed: impl Fn(V::Error) -> anyhow::Error,
+    ) -> Result<(Image, f64)>
+    where
+        V::Error: Send,
+    {
+        let request = self.request;
+        let camera = self.scene.camera;
+        let camera = camera.raster(request.resolution.unwrap_or(camera.resolution))?;
+        let mut settings = RenderSettings::new(request.samples, request.seed)?;
+        settings.factor = request.factor;
+        let renderer = Renderer::new(self.traced, camera, self.scene.light.area()?, settings);
+        render_with_bar(&renderer, shadow, failed, request.quiet)
+    }
+}
+
+/// Renders on the current pool, with a progress bar, until somebody interrupts
+/// it; how long that took.
+pub(crate) fn render_with_bar<V: LightVisibility>(
+    renderer: &Renderer<'_>,
+    shadow: &V,
+    failed: impl Fn(V::Error) -> anyhow::Error,
+    quiet: bool,
+) -> Result<(Image, f64)>
+where
+    V::Error: Send,
+{
+    let started = Instant::now();
+    let interrupt = Interrupt::listen()?;
+    let bar = progress::bar(0, "rendering".to_owned(), quiet);
+    let watch = |progress: dsm_scene::RenderProgress| {
+        bar.set_length(progress.blocks);
+        bar.set_position(progress.done);
+        if interrupt.is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let image = renderer.render(shadow, watch).map_err(failed);
+    bar.finish_and_clear();
+    match image? {
+        Some(image) => Ok((image, started.elapsed().as_secs_f64())),
+        None => bail!("rendering: interrupted"),
+    }
+}
+
+/// The shadows of a map's file.
+fn filtered<T: Transmittance>(
+    map: CachedMap<T>,
+    footprint: &Footprint,
+    level: LevelChoice,
+    set: impl Fn(ShadowLookup) -> ShadowLookup,
+) -> Result<CachedShadow<T>> {
+    let lookup = set(filtering::shadow_lookup(&map)?);
+    Ok(CachedShadow::of_cursors(filtering::cursors(map, footprint, level)?, lookup))
+}
