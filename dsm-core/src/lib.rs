@@ -39,6 +39,7 @@ pub use bake::{BakeProgress, BakeSettings, BakedTile, Baker, ExactPixel, Sampled
 pub use camera::{DepthKind, PixelWindow, ShadowCamera};
 pub use compress::greedy::{End, GreedyCompressor, compress};
 pub use compress::paper_greedy::paper_greedy;
+pub use compress::quantization::Quantization;
 pub use compress::tolerance::Tolerance;
 pub use curve::sweep::{VisibilitySweep, WeightedTransmittance};
 pub use curve::transmittance_builder::TransmittanceBuilder;

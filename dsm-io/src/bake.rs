@@ -40,6 +40,12 @@ impl BakeOptions {
         Self { block, ..self }
     }
 
+    /// The same with tiles encoded as `codec`.
+    #[must_use]
+    pub const fn with_codec(self, codec: Codec) -> Self {
+        Self { codec, ..self }
+    }
+
     /// The same with these mip levels.
     #[must_use]
     pub const fn with_pyramid(self, pyramid: Option<PyramidOptions>) -> Self {
@@ -80,8 +86,9 @@ pub struct BakeReport {
 /// # Errors
 ///
 /// [`Error::HitSource`] with what the source says; [`Error::Interrupted`] if
-/// `watch` broke it off; [`Error::Caller`] for a pyramid of a crop; else what
-/// keeps the file from being written.
+/// `watch` broke it off; [`Error::Caller`] for a pyramid of a crop or of a map
+/// that is rounded, or for a codec that does not fit
+/// [`BakeSettings::quantization`]; else what keeps the file from being written.
 pub fn bake<T: Transmittance, S: HitSource<T>>(
     baker: &Baker<T, S>,
     output: &Path,
@@ -93,6 +100,11 @@ where
     S::Error: std::error::Error + Send + Sync + 'static,
 {
     let settings = baker.settings();
+    if settings.quantization.is_some() != (options.codec == Codec::Quantized) {
+        return Err(Error::caller(
+            "a baker that rounds and a codec for what is rounded go together",
+        ));
+    }
     let [width, height] = settings.size;
     let mut info = baker.info();
     info.data_window = info.display_window;
@@ -110,6 +122,11 @@ where
     };
     let hits = match &options.pyramid {
         None => write_tiles(baker, &mut writer, options, watch)?,
+        Some(_) if settings.quantization.is_some() => {
+            return Err(Error::caller(
+                "the levels of a pyramid are not quantized: `mip` adds them",
+            ));
+        }
         Some(_) if settings.crop.is_some() => {
             return Err(Error::caller("a part of a map has no pyramid"));
         }
@@ -166,7 +183,10 @@ fn encode<T: Transmittance>(
     tile: &BakedTile<T>,
     options: &BakeOptions,
 ) -> Result<(EncodedTile, AchievedError)> {
-    let encoded = EncodedTile::encode(tile.pixels().view(), options.codec, options.block)?;
+    let mut encoded = EncodedTile::encode(tile.pixels().view(), options.codec, options.block)?;
+    if encoded.codec == Codec::Quantized.tag() {
+        encoded.depth_error = tile.depth_error();
+    }
     Ok((encoded, AchievedError::enclosing(tile.max_error(), tile.mean_error())))
 }
 

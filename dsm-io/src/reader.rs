@@ -4,7 +4,7 @@ use std::path::Path;
 
 use dsm_core::{DeepMap, PixelLists, Rgb, Transmittance};
 
-use crate::codec::{Block, Codec, EncodedTile, exact};
+use crate::codec::{Block, Codec, EncodedTile, exact, quantized};
 use crate::columns::Columns;
 use crate::error::{Place, check_limit};
 use crate::format::container::Container;
@@ -157,6 +157,10 @@ impl MapReader {
             Some(Codec::Exact) => {
                 let payload = self.container.payload(id)?;
                 exact::decode(payload, entry, rect, place, &self.limits)
+            }
+            Some(Codec::Quantized) => {
+                let payload = self.container.payload(id)?;
+                quantized::decode(payload, entry, rect, place, &self.limits)
             }
             None => Err(Error::Unsupported { place, what: format!("codec {}", entry.codec) }),
         }

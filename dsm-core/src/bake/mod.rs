@@ -202,7 +202,8 @@ impl<T: Transmittance, S: HitSource<T>> Baker<T, S> {
     /// As [`Self::exact_tile`].
     pub fn tile(&self, tile: [u32; 2]) -> std::result::Result<BakedTile<T>, S::Error> {
         let block = self.settings.tile_pixels(tile);
-        let mut compressor = TileCompressor::new(self.settings.tolerance(), block);
+        let mut compressor =
+            TileCompressor::new(self.settings.tolerance(), self.settings.quantization, block);
         let hits = self.exact_tile(tile, |pixel| compressor.push(pixel))?;
         Ok(compressor.finish(tile, hits)?)
     }

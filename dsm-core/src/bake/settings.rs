@@ -1,7 +1,9 @@
 //! What a bake is asked for.
 
 use crate::tile_samples::MapCamera;
-use crate::{Error, Filter, FilterShape, PixelSampling, Result, ShadowCamera, Tolerance};
+use crate::{
+    Error, Filter, FilterShape, PixelSampling, Quantization, Result, ShadowCamera, Tolerance,
+};
 
 /// How a map is sampled, filtered and compressed.
 ///
@@ -30,6 +32,10 @@ pub struct BakeSettings {
     pub filter: Filter,
     /// The bound that every pixel keeps; none: see [`Self::tolerance`].
     pub tolerance: Option<Tolerance>,
+    /// The grids that vertices are rounded to; none: depths stay as the source
+    /// gave them. Asks for a tolerance of at least
+    /// [`Quantization::LEAST_TOLERANCE`].
+    pub quantization: Option<Quantization>,
     /// The camera whose NDC \[0, 1\]² covers the map. It tells how long rays
     /// are; without one they are as long as their depth.
     pub camera: Option<ShadowCamera>,
@@ -59,6 +65,7 @@ impl BakeSettings {
             sampling: PixelSampling::new(16, 0)?,
             filter: Filter::new(FilterShape::Box, 1.0)?,
             tolerance: None,
+            quantization: None,
             camera: None,
         };
         settings.check().map(|_| settings)
@@ -93,6 +100,10 @@ impl BakeSettings {
         let samples = side * side * u64::from(self.sampling.samples_per_pixel());
         if samples > Self::MAX_SAMPLES_UNDER_FILTER {
             return refuse("filter", "it may reach 2²⁰ samples");
+        }
+        let least = Quantization::LEAST_TOLERANCE;
+        if self.quantization.is_some() && self.tolerance().epsilon() < least {
+            return refuse("quantization", "it needs a tolerance of 2⁻¹⁶ or more");
         }
         let [left, top, right, bottom] = self.window();
         for (start, end, size) in [(left, right, self.size[0]), (top, bottom, self.size[1])] {

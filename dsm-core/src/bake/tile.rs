@@ -5,8 +5,8 @@ use std::ops::Range;
 use super::ExactPixel;
 use super::settings::Block;
 use crate::{
-    DifferenceSummary, GreedyCompressor, PixelLists, PixelListsBuilder, Result, SumVertex,
-    Tolerance, Transmittance, Vertex, VisibilityDifference,
+    DifferenceSummary, GreedyCompressor, PixelLists, PixelListsBuilder, Quantization, Result,
+    SumVertex, Tolerance, Transmittance, Vertex, VisibilityDifference,
 };
 
 /// A tile that was baked.
@@ -16,6 +16,7 @@ pub struct BakedTile<T> {
     pub(super) pixels: PixelLists<T>,
     pub(super) max_error: f64,
     pub(super) mean_error: f64,
+    pub(super) depth_error: f32,
     pub(super) hits: u64,
 }
 
@@ -48,6 +49,13 @@ impl<T: Transmittance> BakedTile<T> {
         self.mean_error
     }
 
+    /// How far depths were moved away from the light at most, which the errors
+    /// don't count ([`Quantization`]); 0 without one.
+    #[must_use]
+    pub const fn depth_error(&self) -> f32 {
+        self.depth_error
+    }
+
     /// How many surfaces and stretches of media its samples met, on the
     /// border that the filter reaches too.
     #[must_use]
@@ -60,7 +68,9 @@ impl<T: Transmittance> BakedTile<T> {
 #[derive(Debug)]
 pub(super) struct TileCompressor<T: Transmittance> {
     tolerance: Tolerance,
+    quantization: Option<Quantization>,
     block: Block,
+    depth_error: f32,
     vertices: Vec<Vertex<T>>,
     /// One pixel's vertices, to be measured.
     stored: Vec<SumVertex<T>>,
@@ -72,11 +82,17 @@ pub(super) struct TileCompressor<T: Transmittance> {
 }
 
 impl<T: Transmittance> TileCompressor<T> {
-    pub(super) fn new(tolerance: Tolerance, block: Block) -> Self {
+    pub(super) fn new(
+        tolerance: Tolerance,
+        quantization: Option<Quantization>,
+        block: Block,
+    ) -> Self {
         let pixels = block.size[0] as usize * block.size[1] as usize;
         Self {
             tolerance,
+            quantization,
             block,
+            depth_error: 0.0,
             vertices: Vec::new(),
             stored: Vec::new(),
             pixels: vec![0..0; pixels],
@@ -97,14 +113,25 @@ impl<T: Transmittance> TileCompressor<T> {
         self.curved += u32::from(exact.curved);
         let tolerance = self.tolerance.after(chord_error);
         let emit = |vertex| self.vertices.push(vertex);
-        GreedyCompressor::compress_all(tolerance, exact.vertices, emit);
-        self.pixels[pixel] = start..self.vertices.len();
+        match self.quantization {
+            None => GreedyCompressor::compress_all(tolerance, exact.vertices, emit),
+            Some(_) => {
+                let rest = Quantization::rest(tolerance);
+                GreedyCompressor::compress_all(rest, exact.vertices, emit);
+                Quantization::round_values(tolerance, &mut self.vertices, start);
+            }
+        }
         self.stored.clear();
         let stored = self.vertices[start..].iter();
         self.stored.extend(stored.map(|vertex| Vertex::new(vertex.z, vertex.value.to_sum())));
         let difference = VisibilityDifference::between(exact.vertices, &self.stored);
         self.worst = self.worst.max(difference.max() + chord_error);
         self.differences.add(pixel, difference);
+        if let Some(quantization) = self.quantization {
+            let moved = quantization.snap_depths(&mut self.vertices, start);
+            self.depth_error = self.depth_error.max(moved);
+        }
+        self.pixels[pixel] = start..self.vertices.len();
     }
 
     /// The tile with these pixels; those that were not pushed are clear.
@@ -122,6 +149,7 @@ impl<T: Transmittance> TileCompressor<T> {
             pixels: lists.finish()?,
             max_error: self.worst,
             mean_error: mean.min(self.worst),
+            depth_error: self.depth_error,
             hits,
         })
     }

@@ -2,6 +2,7 @@
 
 pub(crate) mod greedy;
 pub(crate) mod paper_greedy;
+pub(crate) mod quantization;
 mod slope_window;
 pub(crate) mod tolerance;
 mod tube;

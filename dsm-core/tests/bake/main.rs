@@ -7,5 +7,6 @@ mod closed_forms;
 mod config;
 mod oracle;
 mod pixels;
+mod quantized;
 mod sources;
 mod tiles;

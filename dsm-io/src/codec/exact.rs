@@ -30,7 +30,7 @@ pub(super) fn encode<T: Transmittance>(
 }
 
 /// The smallest and the largest depth. Each pixel's are sorted.
-fn depth_range<T: Transmittance>(pixels: PixelListsView<'_, T>) -> [f32; 2] {
+pub(super) fn depth_range<T: Transmittance>(pixels: PixelListsView<'_, T>) -> [f32; 2] {
     let mut range = [f32::INFINITY, 0.0_f32];
     for function in pixels.functions() {
         if let [first, .., last] | [first @ last] = function.depths() {
@@ -42,7 +42,7 @@ fn depth_range<T: Transmittance>(pixels: PixelListsView<'_, T>) -> [f32; 2] {
 }
 
 /// Lengths of the columns, in words.
-fn column_lengths(
+pub(super) fn column_lengths(
     entry: &TileEntry,
     rect: TileRect,
     channels: usize,
@@ -125,7 +125,7 @@ pub(crate) fn decode<'a, T: Transmittance>(
 }
 
 /// The columns of these lengths, which are as long as `words` together.
-fn split<const N: usize>(mut words: &[u32], lengths: [usize; N]) -> [&[u32]; N] {
+pub(super) fn split<const N: usize>(mut words: &[u32], lengths: [usize; N]) -> [&[u32]; N] {
     lengths.map(|length| {
         let (column, rest) = words.split_at(length);
         words = rest;

@@ -5,6 +5,7 @@
 
 pub(crate) mod exact;
 mod packed;
+pub(crate) mod quantized;
 pub(crate) mod tile_columns;
 mod words;
 
@@ -20,6 +21,10 @@ pub enum Codec {
     /// Depths and values as they are in memory, `f32`.
     #[default]
     Exact,
+    /// The small numbers that depths and values are on the grids that they were
+    /// rounded to ([`dsm_core::Quantization`]). A tile whose values lie on no
+    /// grid is stored as [`Self::Exact`].
+    Quantized,
 }
 
 impl Codec {
@@ -27,6 +32,7 @@ impl Codec {
     pub(crate) const fn tag(self) -> u8 {
         match self {
             Self::Exact => 0,
+            Self::Quantized => 1,
         }
     }
 
@@ -35,6 +41,7 @@ impl Codec {
     pub const fn from_tag(tag: u8) -> Option<Self> {
         match tag {
             0 => Some(Self::Exact),
+            1 => Some(Self::Quantized),
             _ => None,
         }
     }
@@ -44,6 +51,7 @@ impl Codec {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Exact => "exact",
+            Self::Quantized => "quantized",
         }
     }
 }
@@ -125,6 +133,7 @@ impl EncodedTile {
     ) -> Result<Self> {
         match codec {
             Codec::Exact => exact::encode(pixels, block),
+            Codec::Quantized => quantized::encode(pixels, block),
         }
     }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, ValueEnum};
-use dsm_core::{BakeSettings, Filter, FilterShape, PixelSampling};
+use dsm_core::{BakeSettings, Filter, FilterShape, PixelSampling, Quantization};
 use dsm_io::{BakeOptions, PyramidOptions};
 
 use super::values::{self, Effort};
@@ -45,6 +45,10 @@ pub(crate) struct BakeFlags {
     /// Whether the light has a colour; auto: if anything in the scene has
     #[arg(long, value_enum, default_value = "auto")]
     channels: ChannelsName,
+    /// Whether depths and values are kept as they are, or rounded to grids
+    /// within the tolerance and stored as small numbers
+    #[arg(long, value_enum, default_value = "exact")]
+    codec: values::CodecName,
     /// How the tiles are packed
     #[arg(long, value_enum, default_value = "zstd")]
     block: values::BlockName,
@@ -126,8 +130,17 @@ impl TryFrom<BakeFlags> for Bake {
             ChannelsName::Mono => Some(false),
             ChannelsName::Rgb => Some(true),
         };
+        if flags.codec == values::CodecName::Quantized {
+            if flags.mip {
+                return Err("--codec quantized and --mip: bake without levels, then `mip`".into());
+            }
+            settings.quantization = Some(Quantization::default());
+        }
         let pyramid = flags.mip.then(PyramidOptions::default);
-        let options = BakeOptions::default().with_block(flags.block.into()).with_pyramid(pyramid);
+        let options = BakeOptions::default()
+            .with_codec(flags.codec.into())
+            .with_block(flags.block.into())
+            .with_pyramid(pyramid);
         let BakeFlags { scene, output, seed, effort, quiet, .. } = flags;
         Ok(Self { scene, output, settings, coloured, options, seed, effort, quiet })
     }

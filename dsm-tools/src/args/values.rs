@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::builder::{PathBufValueParser, RangedU64ValueParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use dsm_core::Tolerance;
-use dsm_io::Block;
+use dsm_io::{Block, Codec};
 
 /// How much of the machine a command takes.
 #[derive(Clone, Copy, Debug, Args)]
@@ -27,6 +27,22 @@ impl From<BlockName> for Block {
         match name {
             BlockName::None => Self::Plain,
             BlockName::Zstd => Self::Zstd,
+        }
+    }
+}
+
+/// How the tiles of a map are encoded.
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+pub(super) enum CodecName {
+    Exact,
+    Quantized,
+}
+
+impl From<CodecName> for Codec {
+    fn from(name: CodecName) -> Self {
+        match name {
+            CodecName::Exact => Self::Exact,
+            CodecName::Quantized => Self::Quantized,
         }
     }
 }

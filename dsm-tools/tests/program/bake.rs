@@ -76,6 +76,22 @@ fn a_scene_becomes_a_map_that_knows_where_it_came_from() {
 }
 
 #[test]
+fn rounded_maps_are_smaller_and_say_what_they_are() {
+    let folder = Folder::new();
+    let (scene, map) = (pane(&folder), folder.path("map.dsm"));
+    run!("bake", scene, "-o", map, "--resolution", "64", "--block", "none").stdout();
+    let exact = std::fs::metadata(&map).unwrap().len();
+    run!("bake", scene, "-o", map, "--resolution", "64", "--codec", "quantized").stdout();
+    assert!(2 * std::fs::metadata(&map).unwrap().len() < exact);
+    run!("verify", map).stdout();
+    assert_eq!(run!("inspect", map, "--json").json()["codec"], "quantized");
+    let both = run!("bake", scene, "-o", map, "--codec", "quantized", "--mip");
+    both.is_wrong_usage("then `mip`");
+    run!("mip", map, "-o", map).stdout();
+    run!("verify", map).stdout();
+}
+
+#[test]
 fn threads_change_no_byte_and_seeds_do() {
     let folder = Folder::new();
     let map = folder.path("map.dsm");

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::Result;
-use dsm_core::{BakeSettings, Baker, DeepMap, PixelSampling};
-use dsm_io::{BakeOptions, Limits, MapReader, PyramidOptions, bake, mip};
+use dsm_core::{BakeSettings, Baker, DeepMap, PixelSampling, Quantization};
+use dsm_io::{BakeOptions, Codec, Limits, MapReader, PyramidOptions, bake, mip};
 use tempfile::TempDir;
 
 use super::Stage;
@@ -94,10 +94,12 @@ fn store(stage: &Stage, side: u32, folder: &TempDir) -> Result<StoredMap> {
     let mut settings = BakeSettings::new([stage.effort.map; 2])?;
     settings.sampling = PixelSampling::new(side * side, 0)?;
     settings.camera = Some(stage.raster.shadow_camera());
+    settings.quantization = Some(Quantization::default());
     let baker = Baker::new(&stage.source, settings)?;
     let path = folder.path().join(format!("{side}.dsm"));
+    let options = BakeOptions::default().with_codec(Codec::Quantized);
     let never = |_| ControlFlow::Continue(());
-    let report = bake(&baker, &path, &BakeOptions::default(), |_| (), never)?;
+    let report = bake(&baker, &path, &options, |_| (), never)?;
     let seconds = start.elapsed().as_secs_f64();
     let path_with_mips = folder.path().join(format!("{side}-mip.dsm"));
     let reader = MapReader::open(&path, &Limits::default())?;

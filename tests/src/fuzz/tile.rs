@@ -7,7 +7,7 @@ use super::limits;
 use crate::forge::{Assembly, Forge};
 
 /// Takes `bytes` for a tile: width, height (1 to 32 each), channels, block and
-/// differences in a byte each; a byte whose lowest bit asks that the entry
+/// codec (block + 3 · codec) and differences in a byte each; a byte whose lowest bit asks that the entry
 /// should agree with a plain payload; unpacked length, vertices and range of
 /// depths in 4 bytes each; the rest is the payload.
 ///
@@ -32,11 +32,12 @@ pub fn tile(bytes: &[u8]) -> bool {
     entry.put(24, u64::from(fields.u32(4)).to_le_bytes());
     entry.put(32, fields.u32(8).to_le_bytes());
     entry.put(36, fields.u32(12).to_le_bytes());
+    entry.put(56, [block / 3 % 3]);
     entry.put(57, [block % 3]);
     if block % 3 != 0 {
         entry.put(58, [differences]);
     }
-    if agree % 2 == 1 && block % 3 == 0 {
+    if agree % 2 == 1 && block % 9 == 0 {
         agree_with(&mut entry, &Forge(payload.to_vec()), (width * height) as usize, coloured);
     }
     let channels = if coloured { 3 } else { 1 };
@@ -92,8 +93,10 @@ fn check<T: Transmittance>(reader: &MapReader) -> bool {
 }
 
 fn written_again<T: Transmittance>(tile: &Tile<'_, T>) {
-    for block in [Block::Plain, Block::Zstd] {
-        let encoded = EncodedTile::encode(tile.view(), Codec::Exact, block);
-        assert!(encoded.is_ok(), "{:?}", encoded.err());
+    for codec in [Codec::Exact, Codec::Quantized] {
+        for block in [Block::Plain, Block::Zstd] {
+            let encoded = EncodedTile::encode(tile.view(), codec, block);
+            assert!(encoded.is_ok(), "{:?}", encoded.err());
+        }
     }
 }

@@ -10,6 +10,7 @@ mod interruption;
 mod naive;
 mod parts;
 mod pyramid;
+mod quantized;
 mod rays;
 mod scenes;
 mod support;

@@ -1,0 +1,75 @@
+//! Maps whose vertices are rounded, in files.
+
+use std::ops::ControlFlow;
+
+use dsm_core::{BakeSettings, Quantization, Rgb, Transmittance};
+use dsm_io::{BakeOptions, Codec, PyramidOptions, bake, mip};
+
+use crate::support::{Stage, open};
+
+const SIZE: [u32; 2] = [44, 36];
+
+fn check<T: Transmittance>(stage: &Stage) {
+    let folder = tempfile::tempdir().unwrap();
+    let [exact, rounded] = ["exact", "rounded"].map(|name| folder.path().join(name));
+    let settings = BakeSettings { tile_size: 16, ..stage.settings(SIZE) };
+    let quantized =
+        BakeSettings { quantization: Some(Quantization::default()), ..settings.clone() };
+    let options = BakeOptions::default();
+    let before = stage.bake_as::<T>(&settings, &options, &exact);
+    let after = stage.bake_as::<T>(&quantized, &options.with_codec(Codec::Quantized), &rounded);
+    assert!(2 * after.bytes < before.bytes + 4096, "{} of {}", after.bytes, before.bytes);
+
+    let reader = open(&rounded);
+    for (_, entry) in reader.directory(0).unwrap().iter().filter(|(_, entry)| !entry.is_empty()) {
+        assert_eq!(Codec::from_tag(entry.codec), Some(Codec::Quantized));
+        assert!(entry.depth_error > 0.0 && entry.depth_error <= entry.z_max / 16384.0);
+    }
+    // What is read is what was baked, to the last bit.
+    let map = reader.read_map::<T>(0).unwrap();
+    let baked = stage.baker::<T>(&quantized).map().unwrap();
+    for (x, y) in (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y))) {
+        assert!(map.pixel(x, y).vertices().eq(baked.pixel(x, y).vertices()), "{x}, {y}");
+    }
+
+    // Levels that are added leave it as it is.
+    let levels = folder.path().join("levels");
+    mip(&reader, &levels, &PyramidOptions::default(), |_, _| ()).unwrap();
+    let with_levels = open(&levels);
+    assert_eq!(with_levels.levels().len(), 7);
+    assert_eq!(with_levels.directory(0).unwrap().get(1, 1).unwrap().codec, 1);
+    assert!(with_levels.read_map::<T>(0).unwrap().pixels() == map.pixels());
+}
+
+#[test]
+fn of_hair() {
+    check::<f32>(&Stage::builtin("hairball"));
+}
+
+#[test]
+fn of_media() {
+    check::<f32>(&Stage::builtin("pipes"));
+}
+
+#[test]
+fn of_coloured_surfaces() {
+    check::<Rgb>(&Stage::builtin("stained-glass"));
+}
+
+#[test]
+fn rounding_and_its_codec_go_together() {
+    let stage = Stage::builtin("stained-glass");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("map.dsm");
+    let never = |_| ControlFlow::Continue(());
+    let settings = stage.settings([8, 8]);
+    let rounded = BakeSettings { quantization: Some(Quantization::default()), ..settings.clone() };
+    let plain = BakeOptions::default();
+    let quantized = plain.with_codec(Codec::Quantized);
+    let levels = quantized.with_pyramid(Some(PyramidOptions::default()));
+    for (settings, options) in [(&settings, quantized), (&rounded, plain), (&rounded, levels)] {
+        let baker = stage.baker::<Rgb>(settings);
+        assert!(bake(&baker, &path, &options, |_| (), never).is_err(), "{options:?}");
+        assert!(!path.exists());
+    }
+}
