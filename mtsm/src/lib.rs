@@ -12,6 +12,10 @@
 //! first run of layers, so that the filtered lookup of `dsm-core` serves them as
 //! it serves a deep shadow map.
 //!
+//! [`FragmentBuilder`] makes [`FragmentMap`]s, whose layers are planes with
+//! coverage masks, and [`FragmentTracer`] traces them: past the paper, closest
+//! to tracing the scene itself, and fast.
+//!
 //! [`DepthMap`] keeps one depth a sample; [`PercentageCloserFilter`] makes soft
 //! shadows of it.
 
@@ -19,6 +23,14 @@ mod blocking;
 mod build;
 mod depth_layers;
 mod depth_map;
+mod far_table;
+mod fragment;
+mod fragment_builder;
+mod fragment_kernel;
+mod fragment_map;
+#[cfg(test)]
+mod fragment_oracle;
+mod fragment_tracer;
 mod hash;
 mod layer;
 mod layered_pixels;
@@ -27,8 +39,11 @@ mod light_frame;
 mod multilayer_map;
 mod multilayer_settings;
 mod multilayer_tracer;
+mod packed_fragments;
+mod packet;
 mod pcf;
 mod pyramid;
+mod range_tree;
 mod row_order;
 mod run_builder;
 mod shadow_ray;
@@ -43,6 +58,10 @@ pub use blocking::Blocking;
 pub use build::{BakedLayers, MultilayerBaker};
 pub use depth_layers::{DepthLayers, MultilayerDepthMap};
 pub use depth_map::{DepthMap, DepthMapSettings};
+pub use fragment::Fragment;
+pub use fragment_builder::FragmentBuilder;
+pub use fragment_map::{FragmentColumns, FragmentMap};
+pub use fragment_tracer::{FragmentTracer, TraceScratch};
 pub use layer::{Layer, LayerRun};
 pub use layered_pixels::{LayeredPixels, LayeredPixelsBuilder};
 pub use leaf_rule::LeafRule;

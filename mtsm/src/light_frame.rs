@@ -224,6 +224,12 @@ impl LightFrame {
         ray.is_sound().then_some(ray)
     }
 
+    /// From a point's sideways gain per unit of depth to its raster position:
+    /// linear · gain + offset.
+    pub(crate) const fn raster_map(&self) -> (DMat2, DVec2) {
+        (self.linear, self.offset)
+    }
+
     fn raster(&self, point: DVec3) -> DVec2 {
         self.linear * (point.truncate() / point.z) + self.offset
     }
