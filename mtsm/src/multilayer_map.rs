@@ -1,6 +1,6 @@
 //! Multilayer transparent shadow maps in memory.
 
-use dsm_core::{Transmittance, VisibilityField};
+use dsm_core::{DeepMap, PixelListsBuilder, Result, Transmittance, VisibilityField};
 
 use crate::row_order::PixelBlock;
 use crate::{LayeredInfo, LayeredPixels};
@@ -25,6 +25,7 @@ use crate::{LayeredInfo, LayeredPixels};
 /// assert_eq!(map.pixels().runs(0).len(), 2);
 /// assert_eq!(map.evaluate([0, 0], 1.0), Ok(1.0));
 /// assert_eq!(map.evaluate([0, 0], 3.0), Ok(0.0));
+/// assert_eq!(map.deep_map()?.pixel(0, 0).len(), 2);
 /// # Ok::<(), dsm_core::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -44,6 +45,22 @@ impl<T: Transmittance> MultilayerMap<T> {
     #[must_use]
     pub const fn info(&self) -> &LayeredInfo {
         &self.info
+    }
+
+    /// The deep shadow map that the first runs are.
+    ///
+    /// # Errors
+    ///
+    /// None for a map that this crate has built or read.
+    pub fn deep_map(&self) -> Result<DeepMap<T>> {
+        let mut pixels = PixelListsBuilder::new(self.pixels.width(), self.pixels.height());
+        for pixel in 0..self.pixels.pixel_count() {
+            if let Some(run) = self.pixels.first_run(pixel) {
+                run.function().vertices().for_each(|vertex| pixels.push(vertex));
+            }
+            pixels.finish_pixel()?;
+        }
+        Ok(DeepMap::new(self.info.map, pixels.finish()?))
     }
 
     /// The map's pixels.
@@ -67,7 +84,7 @@ impl<T: Transmittance> VisibilityField for MultilayerMap<T> {
         [self.pixels.width(), self.pixels.height()]
     }
 
-    fn evaluate(&self, [x, y]: [u32; 2], depth: f32) -> Result<T, Self::Error> {
+    fn evaluate(&self, [x, y]: [u32; 2], depth: f32) -> std::result::Result<T, Self::Error> {
         let pixel = y as usize * self.pixels.width() as usize + x as usize;
         Ok(self.pixels.first_run(pixel).map_or(T::CLEAR, |run| run.function().at(depth)))
     }

@@ -35,6 +35,12 @@ impl MultilayerSettings {
     /// The tolerance of layered maps unless another is asked for.
     pub const TOLERANCE: f32 = 0.02;
 
+    /// The most layers of a pixel unless another number is asked for.
+    pub const MAX_LAYERS: u32 = 32;
+
+    /// The resets unless another number is asked for.
+    pub const RESETS: u32 = 4;
+
     /// A map of `size` pixels from one ray through each pixel's centre, with 4
     /// resets and 32 layers, at a tolerance of [`Self::TOLERANCE`].
     ///
@@ -45,7 +51,8 @@ impl MultilayerSettings {
         let mut bake = BakeSettings::new(size)?;
         bake.sampling = dsm_core::PixelSampling::centre();
         bake.tolerance = Some(Tolerance::new(Self::TOLERANCE)?);
-        Ok(Self { bake, resets: 4, max_layers: 32, light_depth: 0.0 })
+        let (resets, max_layers) = (Self::RESETS, Self::MAX_LAYERS);
+        Ok(Self { bake, resets, max_layers, light_depth: 0.0 })
     }
 
     /// The tolerance: as it was set, or [`BakeSettings::tolerance`].

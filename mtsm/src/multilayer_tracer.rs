@@ -223,15 +223,8 @@ impl<'a, M: TracedMap> MultilayerTracer<'a, M> {
     pub fn new(map: &'a M, settings: TraceSettings) -> Result<Self> {
         settings.check()?;
         let frame = map_frame(map)?;
-        let width = map.size()[0] as usize;
-        let pyramid = MinMaxPyramid::new(map.size(), |x, y| {
-            let depths = map.depth_range(y as usize * width + x as usize)?;
-            let [near, far] = depths.map(f64::from);
-            // No nearer than the camera's plane.
-            let near = (near - settings.depth_threshold).max(f64::from(f32::MIN_POSITIVE));
-            let [low, high] = [far + settings.depth_threshold, near].map(|z| z.recip() as f32);
-            Some([low.next_down().max(0.0), high.next_up().min(f32::MAX)])
-        })?;
+        let ranges = |pixel| map.depth_range(pixel);
+        let pyramid = MinMaxPyramid::of_depths(map.size(), settings.depth_threshold, ranges)?;
         let range = pyramid.range();
         let floor = f64::from(map.layered_info().map.tolerance.epsilon()) / 8.0;
         Ok(Self { map, frame, pyramid, range, settings, floor, counters: TraceCounters::default() })

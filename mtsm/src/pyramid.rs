@@ -46,6 +46,28 @@ impl MinMaxPyramid {
     /// The most pixels that a map may have.
     pub const MAX_PIXELS: u64 = 1 << 28;
 
+    /// The same from depths: `range` gives the smallest and the largest depth of
+    /// a pixel's layers, which reach `threshold` further to either side. Rounded
+    /// outwards. O(pixels).
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::new`].
+    pub fn of_depths(
+        size: [u32; 2],
+        threshold: f64,
+        range: impl Fn(usize) -> Option<[f32; 2]>,
+    ) -> Result<Self> {
+        Self::new(size, |x, y| {
+            let depths = range(y as usize * size[0] as usize + x as usize)?;
+            let [near, far] = depths.map(f64::from);
+            // No nearer than the camera's plane.
+            let near = (near - threshold).max(f64::from(f32::MIN_POSITIVE));
+            let [low, high] = [far + threshold, near].map(|z| z.recip() as f32);
+            Some([low.next_down().max(0.0), high.next_up().min(f32::MAX)])
+        })
+    }
+
     /// Over a map of `size` pixels: `range` gives the least and the greatest w
     /// of a pixel's layers, or `None` where there are none. Ranges that are
     /// not in order count as none. O(pixels).

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, ValueEnum};
-use dsm_core::{BakeSettings, Filter, FilterShape, PixelSampling, Quantization};
+use dsm_core::{BakeSettings, Filter, FilterShape, PixelSampling, Quantization, Tolerance};
 use dsm_io::{BakeOptions, PyramidOptions};
+use mtsm::{LayeredKind, MultilayerSettings};
 
 use super::values::{self, Effort};
 
@@ -27,10 +28,11 @@ pub(crate) struct BakeFlags {
     /// Width and height of the map in pixels; one number: a square
     #[arg(long, value_name = "W[xH]", default_value = "512", value_parser = values::resolution)]
     resolution: [u32; 2],
-    /// Samples a pixel
-    #[arg(long, value_name = "N", default_value = "16")]
+    /// Samples a pixel [default: 16; of layered maps 1, the ray through the
+    /// pixel's centre at mid-shutter]
+    #[arg(long, value_name = "N")]
     #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(1..=4096))]
-    samples: u32,
+    samples: Option<u32>,
     /// The pixel filter
     #[arg(long, value_enum, default_value = "box")]
     filter: ShapeName,
@@ -38,10 +40,19 @@ pub(crate) struct BakeFlags {
     #[arg(long, value_name = "PIXELS", value_parser = values::finite)]
     filter_width: Option<f32>,
     /// How far the light may be off at any depth, in [0, 1); auto is
-    /// 0.25/√N for the N samples under the filter
+    /// 0.25/√N for the N samples under the filter, of kind mtsm 0.02
     #[arg(long, value_name = "auto|E", default_value = "auto", allow_negative_numbers = true)]
     #[arg(value_parser = values::auto_tolerance)]
     tolerance: values::AutoTolerance,
+    /// The most layers of a pixel, of kinds layers and mtsm [default: 32]
+    #[arg(long, value_name = "K")]
+    #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(1..=1 << 20))]
+    layers: Option<u32>,
+    /// How often the light left in a pixel is set to 1 again after it has come
+    /// to 0, of kind mtsm [default: 4]
+    #[arg(long, value_name = "R")]
+    #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(0..=1 << 20))]
+    resets: Option<u32>,
     /// Whether the light has a colour; auto: if anything in the scene has
     #[arg(long, value_enum, default_value = "auto")]
     channels: ChannelsName,
@@ -74,9 +85,14 @@ pub(crate) struct BakeFlags {
     quiet: bool,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 enum KindName {
+    /// Deep shadow maps
     Deep,
+    /// Multilayer depth maps: the first hits of every pixel, with opacity
+    Layers,
+    /// Multilayer transparent shadow maps: runs of compressed layers with counts
+    Mtsm,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -99,6 +115,8 @@ pub(crate) struct Bake {
     pub(crate) scene: PathBuf,
     pub(crate) output: PathBuf,
     pub(crate) settings: BakeSettings,
+    /// None: a deep map.
+    pub(crate) layers: Option<LayersRequest>,
     /// Whether the map has colours; none: if the scene has.
     pub(crate) coloured: Option<bool>,
     pub(crate) options: BakeOptions,
@@ -107,11 +125,45 @@ pub(crate) struct Bake {
     pub(crate) quiet: bool,
 }
 
+/// What kind of layered map, and of how many layers.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LayersRequest {
+    pub(crate) kind: LayeredKind,
+    pub(crate) max_layers: u32,
+    pub(crate) resets: u32,
+}
+
+impl BakeFlags {
+    /// What a layered map is asked for; none for a deep one.
+    fn layers(&self) -> Result<Option<LayersRequest>, String> {
+        let refuse = |switch, kinds| Err(format!("{switch} is for maps of kind {kinds}"));
+        let kind = match self.kind {
+            KindName::Deep if self.layers.is_some() => return refuse("--layers", "layers or mtsm"),
+            KindName::Deep if self.resets.is_some() => return refuse("--resets", "mtsm"),
+            KindName::Deep => return Ok(None),
+            _ if self.mip => return refuse("--mip", "deep"),
+            _ if self.crop.is_some() => return refuse("--crop", "deep"),
+            KindName::Layers if self.resets.is_some() => return refuse("--resets", "mtsm"),
+            KindName::Layers if self.tolerance.0.is_some() => {
+                return refuse("--tolerance", "deep or mtsm");
+            }
+            KindName::Layers if self.samples.is_some_and(|samples| samples != 1) => {
+                return Err("a map of kind layers has one sample a pixel".to_owned());
+            }
+            KindName::Layers => LayeredKind::Layers,
+            KindName::Mtsm => LayeredKind::Mtsm,
+        };
+        let max_layers = self.layers.unwrap_or(MultilayerSettings::MAX_LAYERS);
+        let resets = self.resets.unwrap_or(MultilayerSettings::RESETS);
+        Ok(Some(LayersRequest { kind, max_layers, resets }))
+    }
+}
+
 impl TryFrom<BakeFlags> for Bake {
     type Error = String;
 
     fn try_from(flags: BakeFlags) -> Result<Self, String> {
-        let KindName::Deep = flags.kind;
+        let layers = flags.layers()?;
         let shape = match flags.filter {
             ShapeName::Box => FilterShape::Box,
             ShapeName::Tent => FilterShape::Tent,
@@ -122,9 +174,16 @@ impl TryFrom<BakeFlags> for Bake {
         let mut settings = BakeSettings::new(flags.resolution).map_err(text)?;
         settings.tile_size = flags.tile;
         settings.crop = flags.crop;
-        settings.sampling = PixelSampling::new(flags.samples, flags.seed).map_err(text)?;
+        settings.sampling = match (layers, flags.samples) {
+            (Some(_), None | Some(1)) => PixelSampling::centre(),
+            (_, samples) => PixelSampling::new(samples.unwrap_or(16), flags.seed).map_err(text)?,
+        };
         settings.filter = Filter::new(shape, width).map_err(text)?;
         settings.tolerance = flags.tolerance.0;
+        if layers.is_some() && settings.tolerance.is_none() {
+            let tolerance = Tolerance::new(MultilayerSettings::TOLERANCE).map_err(text)?;
+            settings.tolerance = Some(tolerance);
+        }
         let coloured = match flags.channels {
             ChannelsName::Auto => None,
             ChannelsName::Mono => Some(false),
@@ -142,6 +201,6 @@ impl TryFrom<BakeFlags> for Bake {
             .with_block(flags.block.into())
             .with_pyramid(pyramid);
         let BakeFlags { scene, output, seed, effort, quiet, .. } = flags;
-        Ok(Self { scene, output, settings, coloured, options, seed, effort, quiet })
+        Ok(Self { scene, output, settings, layers, coloured, options, seed, effort, quiet })
     }
 }

@@ -6,10 +6,12 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use dsm_core::{BakeProgress, BakeSettings, Baker, Rgb, Transmittance};
+use dsm_core::{BakeProgress, BakeSettings, Baker, LightExtent, Rgb, Transmittance};
 use dsm_io::{Attribute, BakeOptions, BakeReport, Metadata, bake};
 use dsm_scene::{Scene, SceneRasterizer, open_scene};
+use indicatif::ProgressBar;
 
+use super::bake_layers::LayersJob;
 use crate::args::Bake;
 use crate::interrupt::Interrupt;
 use crate::output::{printable, progress};
@@ -28,7 +30,10 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
         seed: request.seed,
         quiet: request.quiet,
     };
-    let report = with_threads(request.effort.threads, || job.run(&request.output))?;
+    let (report, cut_pixels) = with_threads(request.effort.threads, || match request.layers {
+        None => job.run(&request.output).map(|report| (report, 0)),
+        Some(layers) => LayersJob { job: &job, layers }.run(&request.output),
+    })?;
     if request.quiet {
         return Ok(());
     }
@@ -48,7 +53,11 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
         opened.as_secs_f64(),
         (started.elapsed() - opened).as_secs_f64(),
     );
-    Ok(io::stdout().write_all(lines.as_bytes())?)
+    io::stdout().write_all(lines.as_bytes())?;
+    if cut_pixels > 0 {
+        writeln!(io::stdout(), "  {cut_pixels} pixels have more layers than --layers keeps")?;
+    }
+    Ok(())
 }
 
 /// A scene and how its map is to be baked.
@@ -88,30 +97,50 @@ impl BakeJob<'_> {
         let settings = BakeSettings { camera, ..self.settings.clone() };
         let light = self.scene.light.area()?.extent();
         let baker = Baker::<T, _>::new(source, settings)?;
-        let describe = |metadata: &mut Metadata| {
-            metadata.software = concat!("dsm-tools ", env!("CARGO_PKG_VERSION")).to_owned();
-            metadata.info.light = Some(light);
-            let shutter = self.scene.shutter;
-            for (name, value) in [
-                ("bakeScene", self.name.to_owned()),
-                ("bakeSeed", self.seed.to_string()),
-                ("bakeShutter", format!("{} {}", shutter[0], shutter[1])),
-            ] {
-                metadata.attributes.insert(name.to_owned(), Attribute::string(&value));
-            }
-        };
-        let interrupt = Interrupt::listen()?;
-        let started = Instant::now();
-        let bar = progress::bar(baker.settings().tile_count(), "baking".to_owned(), self.quiet);
-        let samples_per_tile = self.samples() as f64 / baker.settings().tile_count() as f64;
-        let watch = |BakeProgress { done, tiles }| {
-            let rate = done as f64 * samples_per_tile / started.elapsed().as_secs_f64();
-            bar.set_position(done);
-            bar.set_message(format!("baking, {done} of {tiles} tiles, {rate:.2e} samples/s"));
-            if interrupt.is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        };
-        let done = bake(&baker, output, &self.options, describe, watch);
-        bar.finish_and_clear();
+        let watch = Watch::start(self, baker.settings().tile_count())?;
+        let describe = |metadata: &mut Metadata| self.describe(light, metadata);
+        let done = bake(&baker, output, &self.options, describe, |progress| watch.at(progress));
+        watch.bar.finish_and_clear();
         done.with_context(|| format!("baking {}", self.name))
+    }
+
+    /// Says what the map was baked from.
+    pub(crate) fn describe(&self, light: LightExtent, metadata: &mut Metadata) {
+        metadata.software = concat!("dsm-tools ", env!("CARGO_PKG_VERSION")).to_owned();
+        metadata.info.light = Some(light);
+        let shutter = self.scene.shutter;
+        for (name, value) in [
+            ("bakeScene", self.name.to_owned()),
+            ("bakeSeed", self.seed.to_string()),
+            ("bakeShutter", format!("{} {}", shutter[0], shutter[1])),
+        ] {
+            metadata.attributes.insert(name.to_owned(), Attribute::string(&value));
+        }
+    }
+}
+
+/// Shows how far a bake has come, and breaks it off where that is asked.
+pub(crate) struct Watch {
+    pub(crate) bar: ProgressBar,
+    interrupt: Interrupt,
+    started: Instant,
+    samples_per_tile: f64,
+}
+
+impl Watch {
+    pub(crate) fn start(job: &BakeJob<'_>, tiles: u64) -> Result<Self> {
+        Ok(Self {
+            bar: progress::bar(tiles, "baking".to_owned(), job.quiet),
+            interrupt: Interrupt::listen()?,
+            started: Instant::now(),
+            samples_per_tile: job.samples() as f64 / tiles as f64,
+        })
+    }
+
+    pub(crate) fn at(&self, BakeProgress { done, tiles }: BakeProgress) -> ControlFlow<()> {
+        let rate = done as f64 * self.samples_per_tile / self.started.elapsed().as_secs_f64();
+        self.bar.set_position(done);
+        self.bar.set_message(format!("baking, {done} of {tiles} tiles, {rate:.2e} samples/s"));
+        if self.interrupt.is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }

@@ -5,16 +5,24 @@ use std::path::Path;
 
 use anyhow::{Result, bail};
 use dsm_core::{DeepMap, Rgb, Transmittance, VisibilityFunction, VisibilityView};
-use dsm_io::{AnyDeepMap, Limits, MapReader, TileId};
+use dsm_io::{AnyDeepMap, Container, Limits, MapReader, TileId};
+use mtsm::{LayeredKind, LayeredReader};
 
+use super::inspect_layers;
 use crate::args::{ImageFile, ImageFormat, Inspect, SliceFile};
 use crate::output::plot;
 use crate::output::slice::Slice;
 use crate::output::summary::{PixelSummary, Summary};
 
 pub(crate) fn run(request: &Inspect) -> Result<()> {
-    let reader = MapReader::open(&request.file, &Limits::default())?;
-    let mut summary = Summary::new(&reader)?;
+    let limits = Limits::default();
+    let container = Container::open(&request.file, &limits)?;
+    if LayeredKind::from_name(&container.kind()?).is_some() {
+        let reader = LayeredReader::new(container, &limits)?;
+        return print(&inspect_layers::summary(&reader, request)?, request);
+    }
+    let reader = MapReader::new(container, &limits)?;
+    let mut summary = Summary::new("deep", reader.metadata(), reader.container())?;
     if let Some(pixel) = request.pixel {
         summary.pixel = Some(if reader.metadata().channels == 1 {
             inspect_pixel::<f32>(&reader, pixel, request)
@@ -28,9 +36,13 @@ pub(crate) fn run(request: &Inspect) -> Result<()> {
             AnyDeepMap::Rgb(map) => write_slice(map, file),
         }?;
     }
+    print(&summary, request)
+}
+
+fn print(summary: &Summary<'_>, request: &Inspect) -> Result<()> {
     let mut output = BufWriter::new(io::stdout().lock());
     if request.json {
-        serde_json::to_writer(&mut output, &summary).map_err(io::Error::from)?;
+        serde_json::to_writer(&mut output, summary).map_err(io::Error::from)?;
         writeln!(output)?;
     } else {
         writeln!(output, "{}", request.file.display())?;

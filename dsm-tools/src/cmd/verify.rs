@@ -4,7 +4,8 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use anyhow::{Result, bail};
-use dsm_io::{Error, Limits, MapReader, MapSource, check_bound};
+use dsm_io::{Container, Error, Limits, MapReader, MapSource, check_bound};
+use mtsm::{LayeredKind, LayeredReader};
 use serde::Serialize;
 
 use crate::args::Verify;
@@ -48,11 +49,22 @@ fn print(outcome: &Outcome, json: bool) -> io::Result<()> {
 }
 
 fn check(path: &Path, request: &Verify) -> FileOutcome {
-    let errors = match MapReader::open(path, &Limits::default()) {
-        Ok(reader) => check_map(reader, request),
-        Err(error) => vec![error.to_string()],
-    };
+    let errors = open_and_check(path, request).unwrap_or_else(|error| vec![error.to_string()]);
     FileOutcome { path: path.display().to_string(), ok: errors.is_empty(), errors }
+}
+
+fn open_and_check(path: &Path, request: &Verify) -> dsm_io::Result<Vec<String>> {
+    let limits = Limits::default();
+    let container = Container::open(path, &limits)?;
+    if LayeredKind::from_name(&container.kind()?).is_none() {
+        return Ok(check_map(MapReader::new(container, &limits)?, request));
+    }
+    let reader = LayeredReader::new(container, &limits)?;
+    let mut errors: Vec<_> = reader.verify().iter().map(Error::to_string).collect();
+    if request.against.is_some() {
+        errors.push(format!("{}: a layered map has no source to be held to", path.display()));
+    }
+    Ok(errors)
 }
 
 /// What is wrong with a map. Only one that is sound is held to its bound.

@@ -6,9 +6,10 @@ use std::io::{self, Write};
 use dsm_core::{
     DepthKind, Filter, LightExtent, PixelWindow, ShadowCamera, Transmittance, VisibilityView,
 };
-use dsm_io::{Attribute, Block, Codec, Level, MapReader, TileDirectory, TileEntry};
+use dsm_io::{Attribute, Block, Codec, Container, Level, Metadata, TileDirectory, TileEntry};
 use serde::Serialize;
 
+use super::layers::{LayersOfPixel, LayersSummary};
 use super::printable;
 
 /// A map's metadata and levels, and one of its pixels.
@@ -33,8 +34,12 @@ pub(crate) struct Summary<'a> {
     software: &'a str,
     levels: Vec<LevelSummary>,
     attributes: &'a BTreeMap<String, Attribute>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) layers: Option<LayersSummary>,
     #[serde(flatten)]
     pub(crate) pixel: Option<PixelSummary>,
+    #[serde(flatten)]
+    pub(crate) layers_of_pixel: Option<LayersOfPixel>,
 }
 
 /// What depths measure, and between which all vertices of level 0 lie.
@@ -70,24 +75,27 @@ pub(crate) struct PixelSummary {
 /// A value of V.
 #[derive(Clone, Copy, Serialize)]
 #[serde(untagged)]
-enum Light {
+pub(super) enum Light {
     Mono(f32),
     Rgb([f32; 3]),
 }
 
 impl<'a> Summary<'a> {
     /// Reads the directories of all levels, but no tile.
-    pub(crate) fn new(reader: &'a MapReader) -> dsm_io::Result<Self> {
-        let metadata = reader.metadata();
+    pub(crate) fn new(
+        kind: &'static str,
+        metadata: &'a Metadata,
+        container: &Container,
+    ) -> dsm_io::Result<Self> {
         let info = &metadata.info;
-        let directory = reader.directory(0)?;
+        let directory = container.directory(0)?;
         let levels = (0..)
-            .zip(reader.levels())
-            .map(|(index, level)| Ok(LevelSummary::new(level, reader.directory(index)?)))
+            .zip(container.levels())
+            .map(|(index, level)| Ok(LevelSummary::new(level, container.directory(index)?)))
             .collect::<dsm_io::Result<_>>()?;
         let stored = || directory.iter().map(|(_, tile)| tile).filter(|tile| !tile.is_empty());
         Ok(Self {
-            kind: "deep",
+            kind,
             width: metadata.width,
             height: metadata.height,
             channels: metadata.channels,
@@ -101,7 +109,7 @@ impl<'a> Summary<'a> {
                 |tile| tile.block,
                 |tag| Block::from_tag(tag).map(Block::name),
             ),
-            tile: reader.levels()[0].tile_width,
+            tile: container.levels()[0].tile_width,
             tolerance: info.tolerance.epsilon(),
             samples: info.samples,
             filter: info.filter,
@@ -117,7 +125,9 @@ impl<'a> Summary<'a> {
             software: &metadata.software,
             levels,
             attributes: &metadata.attributes,
+            layers: None,
             pixel: None,
+            layers_of_pixel: None,
         })
     }
 
@@ -171,8 +181,14 @@ impl<'a> Summary<'a> {
             }
         }
         line("software", printable(self.software))?;
+        if let Some(layers) = &self.layers {
+            layers.write_text(output)?;
+        }
         self.write_levels(output)?;
         self.write_attributes(output)?;
+        if let Some(pixel) = &self.layers_of_pixel {
+            pixel.write_text(output)?;
+        }
         self.pixel.as_ref().map_or(Ok(()), |pixel| pixel.write_text(output))
     }
 
@@ -261,7 +277,7 @@ impl PixelSummary {
 }
 
 impl Light {
-    fn of<T: Transmittance>(value: T) -> Self {
+    pub(super) fn of<T: Transmittance>(value: T) -> Self {
         if T::CHANNELS == 1 {
             Self::Mono(value.channel(0))
         } else {
@@ -269,7 +285,7 @@ impl Light {
         }
     }
 
-    fn text(self) -> String {
+    pub(super) fn text(self) -> String {
         match self {
             Self::Mono(value) => value.to_string(),
             Self::Rgb(values) => values.map(|value| format!("{value:<12}")).concat(),
