@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result, bail};
 use dsm_core::{Footprint, LevelChoice, Pyramid, ShadowLookup, Transmittance, VisibilityField};
-use dsm_io::{CachedMap, CursorPool, LookupCursor};
+use dsm_io::{CachedMap, CursorPool};
 
 /// Bytes of tiles that are kept at hand: the tiles of large maps come and go,
 /// and small ones stay whole.
@@ -31,8 +31,10 @@ pub(crate) fn cursors<T: Transmittance>(
     Ok(cursors)
 }
 
-fn check<T: Transmittance>(
-    pyramid: &Pyramid<LookupCursor<T>>,
+/// Whether the pyramid has the level, and the filter reaches no more pixels of it
+/// than a lookup may visit.
+pub(crate) fn check<F: VisibilityField>(
+    pyramid: &Pyramid<F>,
     footprint: &Footprint,
     level: LevelChoice,
 ) -> Result<()> {
@@ -56,8 +58,8 @@ fn check<T: Transmittance>(
 }
 
 /// About how many pixels a filter visits in the finer of its levels.
-fn pixels_of_a_filter<T: Transmittance>(
-    pyramid: &Pyramid<LookupCursor<T>>,
+fn pixels_of_a_filter<F: VisibilityField>(
+    pyramid: &Pyramid<F>,
     footprint: &Footprint,
     level: LevelChoice,
 ) -> u64 {

@@ -4,6 +4,7 @@ mod args;
 mod cmd;
 mod filtering;
 mod interrupt;
+mod layered;
 mod output;
 mod parallel;
 mod pcf_shadow;

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use clap::builder::RangedU64ValueParser;
 use clap::{Args, ValueEnum};
 use dsm_core::{Footprint, LevelChoice};
 
@@ -16,7 +17,7 @@ use super::values::{self, Effort};
 /// camera or with a NaN is lit: 1.
 #[derive(Debug, Args)]
 pub(crate) struct LookupFlags {
-    /// A deep shadow map (.dsm)
+    /// A deep shadow map or a layered one (.dsm)
     map: PathBuf,
     /// The points, as CSV
     #[arg(long, value_name = "P.csv")]
@@ -25,6 +26,24 @@ pub(crate) struct LookupFlags {
     /// in pixels, and the depth
     #[arg(long, value_enum, default_value_t = Space::World)]
     space: Space,
+    /// How the light is found: by filtering (of a map of kind mtsm the first
+    /// runs); by shadow rays from the point to the light through a layered map;
+    /// or by percentage closer filtering over the light's outline in a layered
+    /// map [default: filter, of layered maps trace]
+    #[arg(long, value_enum)]
+    method: Option<MethodName>,
+    /// Shadow rays from every point (trace), or taps (pcf) [default: 256]
+    #[arg(long, value_name = "N")]
+    #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(1..=65_536))]
+    rays: Option<u32>,
+    /// Width and height of the light in scene units, of a disk or a sphere the
+    /// diameter; 0: a point (trace, pcf) [default: the map's]
+    #[arg(long, value_name = "WxH", value_parser = values::light_size)]
+    light_size: Option<[f32; 2]>,
+    /// Which points of the light are taken is a function of this and of the
+    /// point's number (trace, pcf)
+    #[arg(long, value_name = "N", default_value = "0")]
+    seed: u64,
     /// Which pixels are averaged: the one that contains the point, or all
     /// that a filter around it reaches
     #[arg(long, value_enum, default_value_t = FilterName::Point)]
@@ -39,15 +58,25 @@ pub(crate) struct LookupFlags {
     #[arg(long, value_name = "L|auto", default_value = "0", allow_negative_numbers = true)]
     #[arg(value_parser = filtering::level)]
     level: LevelChoice,
-    /// Depth that is taken off each point's, in scene units
-    #[arg(long, value_name = "B", default_value = "0", allow_negative_numbers = true)]
+    /// Depth that is taken off each point's, in scene units (filter, pcf)
+    /// [default: 0]; or the length of a ray at the point that meets nothing
+    /// (trace) [default: a pixel's side at the point's depth]
+    #[arg(long, value_name = "B", allow_negative_numbers = true)]
     #[arg(value_parser = values::finite)]
-    bias: f32,
-    /// Print {points, rays, open_s, lookup_s} as a line of JSON on stderr
+    bias: Option<f32>,
+    /// Print {points, rays, open_s, lookup_s} as a line of JSON on stderr, and
+    /// how many rays left the map or began beside the light
     #[arg(long)]
     stats: bool,
     #[command(flatten)]
     effort: Effort,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum MethodName {
+    Filter,
+    Trace,
+    Pcf,
 }
 
 /// What the coordinates of points mean.
@@ -65,7 +94,12 @@ pub(crate) struct Lookup {
     pub(crate) space: Space,
     pub(crate) footprint: Footprint,
     pub(crate) level: LevelChoice,
-    pub(crate) bias: f32,
+    /// None: by the map's kind.
+    pub(crate) method: Option<MethodName>,
+    pub(crate) rays: Option<u32>,
+    pub(crate) light_size: Option<[f32; 2]>,
+    pub(crate) seed: u64,
+    pub(crate) bias: Option<f32>,
     pub(crate) stats: bool,
     pub(crate) effort: Effort,
 }
@@ -74,8 +108,29 @@ impl TryFrom<LookupFlags> for Lookup {
     type Error = String;
 
     fn try_from(flags: LookupFlags) -> Result<Self, String> {
-        let LookupFlags { map, points, space, filter, width, level, bias, stats, effort } = flags;
+        let LookupFlags { map, points, space, filter, width, level, bias, stats, effort, .. } =
+            flags;
+        let LookupFlags { method, rays, light_size, seed, .. } = flags;
         let footprint = filtering::footprint(filter, width)?;
-        Ok(Self { map, points, space, footprint, level, bias, stats, effort })
+        if method == Some(MethodName::Filter) && (rays.is_some() || light_size.is_some()) {
+            return Err("--rays and --light-size are for --method trace and pcf".to_owned());
+        }
+        if method == Some(MethodName::Trace) && bias.is_some_and(|bias| bias < 0.0) {
+            return Err("--bias: a ray does not start before its point".to_owned());
+        }
+        Ok(Self {
+            map,
+            points,
+            space,
+            footprint,
+            level,
+            method,
+            rays,
+            light_size,
+            seed,
+            bias,
+            stats,
+            effort,
+        })
     }
 }

@@ -18,7 +18,7 @@ pub(crate) use convert::{Convert, ConvertTarget};
 pub(crate) use demo::Demo;
 pub(crate) use diff::Diff;
 pub(crate) use inspect::{Inspect, SliceFile};
-pub(crate) use lookup::{Lookup, Space};
+pub(crate) use lookup::{Lookup, MethodName, Space};
 pub(crate) use merge::Merge;
 pub(crate) use mip::Mip;
 pub(crate) use render::{Method, Render};

@@ -5,16 +5,20 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use dsm_core::{
-    Bias, Facing, Footprint, LevelChoice, Receiver, ShadedPoint, ShadowLookup, Transmittance,
+    Bias, Facing, Footprint, LevelChoice, LightExtent, Pyramid, Receiver, Rgb, ShadedPoint,
+    ShadowLookup, Transmittance, VisibilityField,
 };
 use dsm_io::{AnyCachedMap, CachedMap, CursorPool, Limits, TileCache};
+use glam::DVec3;
+use mtsm::{LayeredReader, TraceStatistics};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::args::{Lookup, Space};
+use crate::args::{Lookup, MethodName, Space};
 use crate::filtering;
+use crate::layered::{self, AreaMethod, AreaShadow, AreaVisitor};
 use crate::output::light;
 use crate::parallel::with_threads;
 use crate::points::PointReader;
@@ -34,35 +38,150 @@ struct Statistics {
     open_s: f64,
     /// Seconds to project the points, read tiles and filter them.
     lookup_s: f64,
+    /// Rays that left the map at its depths.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    leaving: Option<u64>,
+    /// Rays of points that lie no deeper than the light.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    beside: Option<u64>,
 }
 
 pub(crate) fn run(request: &Lookup) -> Result<()> {
     with_threads(request.effort.threads, || {
         let start = Instant::now();
+        if let Some(reader) = layered::open(&request.map)? {
+            return run_layered(&reader, request, start);
+        }
+        if let Some(MethodName::Trace | MethodName::Pcf) = request.method {
+            bail!(
+                "{}: a deep map has no layers to trace or to filter over a light's outline",
+                request.map.display()
+            );
+        }
+        if request.rays.is_some() || request.light_size.is_some() {
+            bail!("{}: --rays and --light-size are for layered maps", request.map.display());
+        }
         let cache = TileCache::new(filtering::TILE_BYTES);
         let map = AnyCachedMap::open(&cache, &request.map, &Limits::default())?;
         let open_s = start.elapsed().as_secs_f64();
         let (points, time) = match map {
-            AnyCachedMap::Mono(map) => answer_all(map, request),
-            AnyCachedMap::Rgb(map) => answer_all(map, request),
+            AnyCachedMap::Mono(map) => answer_cached(map, request),
+            AnyCachedMap::Rgb(map) => answer_cached(map, request),
         }?;
-        if request.stats {
-            let statistics = Statistics { points, rays: 0, open_s, lookup_s: time.as_secs_f64() };
-            writeln!(io::stderr(), "{}", serde_json::to_string(&statistics)?)?;
-        }
-        Ok(())
+        print_statistics(request, points, time, open_s, None)
     })
 }
 
-/// Answers every point of the file, on stdout. Returns how many there were,
-/// and how long their lookups took.
-fn answer_all<T: Transmittance>(map: CachedMap<T>, request: &Lookup) -> Result<(u64, Duration)> {
-    let path = request.points.as_path();
+fn print_statistics(
+    request: &Lookup,
+    points: u64,
+    time: Duration,
+    open_s: f64,
+    traced: Option<TraceStatistics>,
+) -> Result<()> {
+    if request.stats {
+        let statistics = Statistics {
+            points,
+            rays: traced.map_or(0, |traced| traced.rays),
+            open_s,
+            lookup_s: time.as_secs_f64(),
+            leaving: traced.map(|traced| traced.leaving),
+            beside: traced.map(|traced| traced.beside),
+        };
+        writeln!(io::stderr(), "{}", serde_json::to_string(&statistics)?)?;
+    }
+    Ok(())
+}
+
+fn run_layered(reader: &LayeredReader, request: &Lookup, start: Instant) -> Result<()> {
+    let rays = request.rays.unwrap_or(256);
+    let bias = request.bias.map(f64::from);
+    let method = match request.method {
+        Some(MethodName::Filter) if reader.metadata().channels == 1 => {
+            return filter_runs::<f32>(reader, request, start);
+        }
+        Some(MethodName::Filter) => return filter_runs::<Rgb>(reader, request, start),
+        Some(MethodName::Pcf) => AreaMethod::Pcf { taps: rays, bias: bias.unwrap_or(0.0) },
+        _ => AreaMethod::Trace { rays, start: bias },
+    };
+    if request.footprint != Footprint::Point || request.level != LevelChoice::FINEST {
+        bail!("{}: --filter and --level are for --method filter", request.map.display());
+    }
+    let light = layered::light_extent(reader, request.light_size)?;
+    layered::with_shadow(reader, method, AnswerArea { request, light, start })
+}
+
+/// Answers points by the first runs of a layered map.
+fn filter_runs<T: Transmittance>(
+    reader: &LayeredReader,
+    request: &Lookup,
+    start: Instant,
+) -> Result<()> {
+    let info = reader.metadata().info;
+    let map = reader.multilayer_map::<T>()?.deep_map()?;
+    let pyramid = Pyramid::new(vec![map])?;
+    filtering::check(&pyramid, &request.footprint, request.level)?;
+    let size = [reader.metadata().width, reader.metadata().height];
+    let world = match request.space {
+        Space::World => Some(set(ShadowLookup::new(&info, size)?, request)),
+        Space::Raster => None,
+    };
+    let open_s = start.elapsed().as_secs_f64();
+    let (points, time) = answer_all(request, |_, points| {
+        lights(&pyramid, &world, request, points).map_err(|never| match never {})
+    })?;
+    print_statistics(request, points, time, open_s, None)
+}
+
+/// Answers points by the soft shadows of a layered map.
+struct AnswerArea<'a> {
+    request: &'a Lookup,
+    light: LightExtent,
+    start: Instant,
+}
+
+impl AreaVisitor for AnswerArea<'_> {
+    type Output = ();
+
+    fn visit<V: AreaShadow>(self, shadow: &V) -> Result<()> {
+        let Self { request, light, start } = self;
+        let light = shadow.frame().area_light(light);
+        let seed = request.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let open_s = start.elapsed().as_secs_f64();
+        let (points, time) = answer_all(request, |first, points| {
+            let answer = |(number, point): (u64, &[f64; 3])| {
+                let [x, y, z] = *point;
+                let position = match request.space {
+                    Space::World => DVec3::new(x, y, z),
+                    Space::Raster => shadow.frame().unproject(x, y, z),
+                };
+                shadow.visibility(position, &light, seed.wrapping_add(number))
+            };
+            let lights = (first..).zip(points).map(answer).collect::<Result<Vec<_>, _>>();
+            lights.map_err(|never| match never {})
+        })?;
+        print_statistics(request, points, time, open_s, Some(shadow.statistics()))
+    }
+}
+
+/// Answers points by filtered lookups in a deep map's file.
+fn answer_cached<T: Transmittance>(map: CachedMap<T>, request: &Lookup) -> Result<(u64, Duration)> {
     let shadow = Shadow::new(map, request).with_context(|| format!("{}", request.map.display()))?;
+    answer_all(request, |_, points| shadow.lights(points))
+}
+
+/// Answers every point of the file, on stdout, by asking `lights` for some at a
+/// time, with the number of the first. Returns how many there were, and how long
+/// their lookups took.
+fn answer_all<T: Transmittance>(
+    request: &Lookup,
+    lights: impl Fn(u64, &[[f64; 3]]) -> Result<Vec<T>> + Sync,
+) -> Result<(u64, Duration)> {
+    let path = request.points.as_path();
     let mut points = open(path)?;
     let mut output = BufWriter::new(io::stdout().lock());
     output.write_all(light::header::<T>())?;
-    let (mut count, mut time) = (0, Duration::ZERO);
+    let (mut count, mut time) = (0_u64, Duration::ZERO);
     let mut chunk = Vec::new();
     loop {
         points.read(&mut chunk, CHUNK).with_context(|| format!("{}", path.display()))?;
@@ -70,9 +189,10 @@ fn answer_all<T: Transmittance>(map: CachedMap<T>, request: &Lookup) -> Result<(
             break;
         }
         let start = Instant::now();
-        let tasks = chunk.par_chunks(TASK);
-        let values: Vec<Vec<T>> =
-            tasks.map(|points| shadow.lights(points)).collect::<Result<_>>()?;
+        let tasks = chunk.par_chunks(TASK).enumerate();
+        let values: Vec<Vec<T>> = tasks
+            .map(|(task, points)| lights(count + (task * TASK) as u64, points))
+            .collect::<Result<_>>()?;
         time += start.elapsed();
         let lines: Vec<Vec<u8>> = values
             .par_iter()
@@ -96,58 +216,64 @@ fn open(path: &Path) -> Result<PointReader<File>> {
     PointReader::new(file).with_context(|| format!("{}", path.display()))
 }
 
-/// A map, and how it is asked.
-struct Shadow<T> {
-    cursors: CursorPool<T>,
-    /// `None`: points are in raster space already.
-    world: Option<ShadowLookup>,
-    footprint: Footprint,
-    level: LevelChoice,
-    bias: f32,
+/// How points of the world are asked.
+fn set(lookup: ShadowLookup, request: &Lookup) -> ShadowLookup {
+    let &Lookup { footprint, level, bias, .. } = request;
+    let bias = Bias::Depth(bias.unwrap_or(0.0));
+    lookup.with_footprint(footprint).with_level(level).with_bias(bias)
 }
 
-impl<T: Transmittance> Shadow<T> {
-    fn new(map: CachedMap<T>, request: &Lookup) -> Result<Self> {
-        let &Lookup { space, footprint, level, bias, .. } = request;
-        let world = match space {
-            Space::World => Some(
-                filtering::shadow_lookup(&map)?
-                    .with_footprint(footprint)
-                    .with_level(level)
-                    .with_bias(Bias::Depth(bias)),
-            ),
+/// The light that reaches each point: 1 outside the map, behind the camera and
+/// for NaN. Without `world`, points are in raster space already.
+fn lights<F: VisibilityField>(
+    pyramid: &Pyramid<F>,
+    world: &Option<ShadowLookup>,
+    request: &Lookup,
+    points: &[[f64; 3]],
+) -> Result<Vec<F::Value>, F::Error> {
+    let mut lights = Vec::with_capacity(points.len());
+    match world {
+        Some(lookup) => {
+            let shaded = |&point: &[f64; 3]| ShadedPoint {
+                position: point.into(),
+                facing: Facing::Light,
+                seed: 0,
+            };
+            let points: Vec<_> = points.iter().map(shaded).collect();
+            lookup.lights(pyramid, &points, &mut lights)?;
+        }
+        None => {
+            for point in points {
+                let [x, y, depth] = point.map(|coordinate| coordinate as f32);
+                let bias = request.bias.unwrap_or(0.0);
+                let receiver = Receiver { bias, ..Receiver::new([x, y], depth) };
+                lights.push(pyramid.lookup(&receiver, &request.footprint, request.level)?);
+            }
+        }
+    }
+    Ok(lights)
+}
+
+/// A deep map's file, and how it is asked.
+struct Shadow<'a, T> {
+    cursors: CursorPool<T>,
+    world: Option<ShadowLookup>,
+    request: &'a Lookup,
+}
+
+impl<'a, T: Transmittance> Shadow<'a, T> {
+    fn new(map: CachedMap<T>, request: &'a Lookup) -> Result<Self> {
+        let world = match request.space {
+            Space::World => Some(set(filtering::shadow_lookup(&map)?, request)),
             Space::Raster => None,
         };
-        let cursors = filtering::cursors(map, &footprint, level)?;
-        Ok(Self { cursors, world, footprint, level, bias })
+        let cursors = filtering::cursors(map, &request.footprint, request.level)?;
+        Ok(Self { cursors, world, request })
     }
 
-    /// The light that reaches each point: 1 outside the map, behind the camera
-    /// and for NaN.
     fn lights(&self, points: &[[f64; 3]]) -> Result<Vec<T>> {
-        let mut lights = Vec::with_capacity(points.len());
-        self.cursors.with_pyramid(|pyramid| {
-            match &self.world {
-                Some(lookup) => {
-                    let shaded = |&point: &[f64; 3]| ShadedPoint {
-                        position: point.into(),
-                        facing: Facing::Light,
-                        seed: 0,
-                    };
-                    let points: Vec<_> = points.iter().map(shaded).collect();
-                    lookup.lights(pyramid, &points, &mut lights)?;
-                }
-                None => {
-                    for point in points {
-                        let [x, y, depth] = point.map(|coordinate| coordinate as f32);
-                        let bias = self.bias;
-                        let receiver = Receiver { bias, ..Receiver::new([x, y], depth) };
-                        lights.push(pyramid.lookup(&receiver, &self.footprint, self.level)?);
-                    }
-                }
-            }
-            Ok::<_, dsm_io::Error>(())
-        })?;
-        Ok(lights)
+        Ok(self
+            .cursors
+            .with_pyramid(|pyramid| lights(pyramid, &self.world, self.request, points))?)
     }
 }

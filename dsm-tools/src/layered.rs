@@ -1,0 +1,145 @@
+//! Layered maps of any kind and number of channels, as far as commands share
+//! them.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use dsm_core::{LightExtent, LightShape, LightVisibility, Transmittance};
+use dsm_io::{Container, Limits};
+use mtsm::{
+    FilteredLayers, LayeredKind, LayeredReader, MultilayerTracer, SoftPercentageCloser,
+    TraceSettings, TraceStatistics, TracedMap,
+};
+
+/// The layered map in a file; none if it is of another kind.
+pub(crate) fn open(path: &Path) -> Result<Option<LayeredReader>> {
+    let limits = Limits::default();
+    let container = Container::open(path, &limits)?;
+    if LayeredKind::from_name(&container.kind()?).is_none() {
+        return Ok(None);
+    }
+    Ok(Some(LayeredReader::new(container, &limits)?))
+}
+
+/// How soft shadows are made of a layered map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum AreaMethod {
+    /// Shadow rays through the layers.
+    Trace {
+        /// Of a light.
+        rays: u32,
+        /// The length at the receiver that meets nothing; none: the default rule.
+        start: Option<f64>,
+    },
+    /// Percentage closer filtering over the light's outline.
+    Pcf {
+        /// Of a light.
+        taps: u32,
+        /// Taken off the receiver's depth.
+        bias: f64,
+    },
+}
+
+/// What is done with the soft shadows of a map, of any kind.
+pub(crate) trait AreaVisitor {
+    /// What comes of it.
+    type Output;
+
+    /// Uses the shadows; `statistics` tells what they were asked.
+    fn visit<V: AreaShadow>(self, shadow: &V) -> Result<Self::Output>;
+}
+
+/// Soft shadows of a layered map.
+pub(crate) trait AreaShadow: LightVisibility<Error = std::convert::Infallible> {
+    /// The light's frame.
+    fn frame(&self) -> &mtsm::LightFrame;
+
+    /// What was asked so far.
+    fn statistics(&self) -> TraceStatistics;
+}
+
+impl<M: TracedMap> AreaShadow for MultilayerTracer<'_, M> {
+    fn frame(&self) -> &mtsm::LightFrame {
+        self.frame()
+    }
+
+    fn statistics(&self) -> TraceStatistics {
+        self.statistics()
+    }
+}
+
+impl<M: TracedMap> AreaShadow for SoftPercentageCloser<'_, M> {
+    fn frame(&self) -> &mtsm::LightFrame {
+        self.frame()
+    }
+
+    fn statistics(&self) -> TraceStatistics {
+        self.statistics()
+    }
+}
+
+/// Reads a layered map whole and hands its soft shadows to `visitor`.
+pub(crate) fn with_shadow<V: AreaVisitor>(
+    reader: &LayeredReader,
+    method: AreaMethod,
+    visitor: V,
+) -> Result<V::Output> {
+    if reader.metadata().channels == 1 {
+        with_channels::<f32, V>(reader, method, visitor)
+    } else {
+        with_channels::<dsm_core::Rgb, V>(reader, method, visitor)
+    }
+}
+
+fn with_channels<T: Transmittance, V: AreaVisitor>(
+    reader: &LayeredReader,
+    method: AreaMethod,
+    visitor: V,
+) -> Result<V::Output> {
+    let path = reader.container().path().unwrap_or(Path::new("")).display().to_string();
+    match reader.kind() {
+        LayeredKind::Mtsm => with_map(&reader.multilayer_map::<T>()?, method, visitor, &path),
+        LayeredKind::Layers => {
+            with_map(&reader.multilayer_depth_map::<T>()?, method, visitor, &path)
+        }
+        _ => bail!("{path}: maps of kind {} cannot be traced", reader.kind().name()),
+    }
+}
+
+fn with_map<M: TracedMap, V: AreaVisitor>(
+    map: &M,
+    method: AreaMethod,
+    visitor: V,
+    path: &str,
+) -> Result<V::Output> {
+    match method {
+        AreaMethod::Trace { rays, start } => {
+            let settings = TraceSettings { rays, start, ..TraceSettings::default() };
+            let tracer = MultilayerTracer::new(map, settings).with_context(|| path.to_owned())?;
+            visitor.visit(&tracer)
+        }
+        AreaMethod::Pcf { taps, bias } => {
+            let filter = SoftPercentageCloser::new(map, FilteredLayers::All)
+                .and_then(|filter| filter.with_taps(taps)?.with_bias(bias))
+                .with_context(|| path.to_owned())?;
+            visitor.visit(&filter)
+        }
+    }
+}
+
+/// The light of a map with another size, if one is given.
+pub(crate) fn light_extent(reader: &LayeredReader, size: Option<[f32; 2]>) -> Result<LightExtent> {
+    let known = reader.metadata().info.light;
+    let Some(size) = size else {
+        return known.context("the map does not say what its light is: --light-size does");
+    };
+    let shape = match known.map(|light| light.shape) {
+        _ if size == [0.0; 2] => LightShape::Point,
+        None | Some(LightShape::Point) => LightShape::Rectangle,
+        Some(shape) => shape,
+    };
+    if matches!(shape, LightShape::Disk | LightShape::Sphere) && size[0] != size[1] {
+        bail!("--light-size: a disk or a sphere is as high as wide");
+    }
+    Ok(LightExtent { shape, size })
+}
