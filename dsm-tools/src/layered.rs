@@ -35,8 +35,8 @@ pub(crate) enum AreaMethod {
     Pcf {
         /// Of a light.
         taps: u32,
-        /// Taken off the receiver's depth.
-        bias: f64,
+        /// Taken off the receiver's depth; none: a pixel's side there.
+        bias: Option<f64>,
     },
 }
 
@@ -120,7 +120,11 @@ fn with_map<M: TracedMap, V: AreaVisitor>(
         }
         AreaMethod::Pcf { taps, bias } => {
             let filter = SoftPercentageCloser::new(map, FilteredLayers::All)
-                .and_then(|filter| filter.with_taps(taps)?.with_bias(bias))
+                .and_then(|filter| filter.with_taps(taps))
+                .and_then(|filter| match bias {
+                    Some(bias) => filter.with_bias(bias),
+                    None => Ok(filter.with_pixel_bias()),
+                })
                 .with_context(|| path.to_owned())?;
             visitor.visit(&filter)
         }

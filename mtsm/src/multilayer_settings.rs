@@ -64,6 +64,9 @@ impl MultilayerSettings {
     /// What is wrong.
     pub(crate) fn check(&self) -> Result<()> {
         let refuse = |setting, reason| Err(Error::Setting { setting, reason });
+        if self.bake.quantization.is_some() {
+            return refuse("quantization", "layers are stored exactly");
+        }
         if self.max_layers == 0 {
             return refuse("layers", "a pixel must be allowed at least 1");
         }

@@ -40,7 +40,8 @@ pub struct SoftPercentageCloser<'a, M> {
     nearest: Option<f64>,
     layers: FilteredLayers,
     taps: u32,
-    bias: f64,
+    /// None: the side of a pixel at the receiver's depth.
+    bias: Option<f64>,
     counters: TraceCounters,
 }
 
@@ -58,7 +59,7 @@ impl<'a, M: TracedMap> SoftPercentageCloser<'a, M> {
             .map(|[near, _]| f64::from(near));
         let nearest = ranges.reduce(f64::min).map(f64::recip);
         let counters = TraceCounters::default();
-        Ok(Self { map, frame, nearest, layers, taps: 256, bias: 0.0, counters })
+        Ok(Self { map, frame, nearest, layers, taps: 256, bias: Some(0.0), counters })
     }
 
     /// The same with another number of taps.
@@ -84,7 +85,13 @@ impl<'a, M: TracedMap> SoftPercentageCloser<'a, M> {
         if !bias.is_finite() {
             return Err(Error::Setting { setting: "bias", reason: "it must be finite" });
         }
-        Ok(Self { bias, ..self })
+        Ok(Self { bias: Some(bias), ..self })
+    }
+
+    /// The same with the side of a pixel at the receiver's depth for a bias.
+    #[must_use]
+    pub fn with_pixel_bias(self) -> Self {
+        Self { bias: None, ..self }
     }
 
     /// The light's frame.
@@ -121,7 +128,8 @@ impl<'a, M: TracedMap> SoftPercentageCloser<'a, M> {
         }
         let [x, y] = place.map(|at| at as usize);
         let pixel = y * self.frame.size()[0] as usize + x;
-        let depth = (depth - self.bias) as f32;
+        let bias = self.bias.unwrap_or_else(|| self.frame.footprint(depth));
+        let depth = (depth - bias) as f32;
         Some(match self.layers {
             FilteredLayers::Shallowest => self.map.behind_first(pixel, depth),
             FilteredLayers::All => self.map.behind_all(pixel, depth),

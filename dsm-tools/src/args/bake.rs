@@ -143,6 +143,9 @@ impl BakeFlags {
             KindName::Deep => return Ok(None),
             _ if self.mip => return refuse("--mip", "deep"),
             _ if self.crop.is_some() => return refuse("--crop", "deep"),
+            _ if self.codec == values::CodecName::Quantized => {
+                return refuse("--codec quantized", "deep");
+            }
             KindName::Layers if self.resets.is_some() => return refuse("--resets", "mtsm"),
             KindName::Layers if self.tolerance.0.is_some() => {
                 return refuse("--tolerance", "deep or mtsm");

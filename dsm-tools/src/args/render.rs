@@ -8,6 +8,7 @@ use dsm_core::{Bias, Footprint, LevelChoice};
 
 use super::filtering::{self, FilterName};
 use super::values::{self, Effort, ImageFile, ImageFormat};
+use crate::layered::AreaMethod;
 
 /// Renders a scene under its light
 ///
@@ -23,17 +24,19 @@ pub(crate) struct RenderFlags {
     #[arg(short, long = "output", value_name = "IMAGE")]
     #[arg(value_parser = values::image_file([ImageFormat::Png, ImageFormat::Exr]))]
     output: ImageFile,
-    /// The deep shadow map of the light (.dsm) [default: one of 512 × 512
-    /// pixels and 16 samples that is baked first]
+    /// The map of the light (.dsm): a deep one (filter), a layered one (trace,
+    /// pcf) [default: one of 512 × 512 pixels that is baked first]
     #[arg(long, value_name = "MAP.dsm", value_parser = values::dsm_file())]
     map: Option<PathBuf>,
-    /// Where the shadows come from: filtered lookups in the deep map; a plain
-    /// shadow map of the same size and samples; or rays through the scene
+    /// Where the shadows come from: filtered lookups in the deep map; shadow rays
+    /// through a map of kind mtsm or layers; percentage closer filtering of a
+    /// plain shadow map or, with --map, over the light's outline in a layered
+    /// one; or rays through the scene
     #[arg(long, value_enum, default_value = "filter")]
     method: MethodName,
-    /// Shadow rays from every point to the light (reference: 1 for a point
-    /// light on a scene where nothing moves), or taps of a lookup (pcf: a
-    /// square number)
+    /// Shadow rays from every point to the light (trace; reference: 1 for a
+    /// point light on a scene where nothing moves), or taps of a lookup (pcf: a
+    /// square number, unless there is a --map)
     #[arg(long, value_name = "N", default_value = "16")]
     #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(1..=65_536))]
     rays: u32,
@@ -61,7 +64,9 @@ pub(crate) struct RenderFlags {
     #[arg(value_parser = filtering::level)]
     level: LevelChoice,
     /// Depth that is taken off each point's, in scene units; auto: what the
-    /// slope of its surface and the map's pixels ask for (filter, pcf)
+    /// slope of its surface and the map's pixels ask for (filter, pcf); the
+    /// length of a ray at the point that meets nothing; auto: a pixel's side
+    /// there (trace; pcf with --map)
     #[arg(long, value_name = "auto|B", default_value = "auto", allow_negative_numbers = true)]
     #[arg(value_parser = filtering::bias)]
     bias: Bias,
@@ -88,6 +93,7 @@ pub(crate) struct RenderFlags {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum MethodName {
     Filter,
+    Trace,
     Pcf,
     Reference,
 }
@@ -97,6 +103,8 @@ enum MethodName {
 pub(crate) enum Method {
     /// Lookups in a deep map: a file, or one that is baked first.
     Filter { map: Option<PathBuf>, footprint: Footprint, level: LevelChoice, bias: Bias },
+    /// Soft shadows of a layered map: a file, or one that is baked first.
+    Area { map: Option<PathBuf>, how: AreaMethod },
     /// Percentage closer filtering.
     Pcf { taps: u32, width: f32, bias: Bias },
     /// Rays through the scene.
@@ -108,7 +116,8 @@ impl Method {
     pub(crate) const fn name(&self) -> &'static str {
         match self {
             Self::Filter { .. } => "filter",
-            Self::Pcf { .. } => "pcf",
+            Self::Area { how: AreaMethod::Trace { .. }, .. } => "trace",
+            Self::Area { .. } | Self::Pcf { .. } => "pcf",
             Self::Reference { .. } => "reference",
         }
     }
@@ -141,8 +150,18 @@ impl TryFrom<RenderFlags> for Render {
                 let footprint = filtering::footprint(filter, width)?;
                 Method::Filter { map, footprint, level, bias }
             }
-            _ if map.is_some() => {
-                return Err(format!("--map has no use for --method {}", flags.method.name()));
+            MethodName::Trace => {
+                let start = depth(bias);
+                if start.is_some_and(|start| start < 0.0) {
+                    return Err("--bias: a ray does not start before its point".to_owned());
+                }
+                Method::Area { map, how: AreaMethod::Trace { rays, start } }
+            }
+            MethodName::Pcf if map.is_some() => {
+                Method::Area { map, how: AreaMethod::Pcf { taps: rays, bias: depth(bias) } }
+            }
+            MethodName::Reference if map.is_some() => {
+                return Err("--map has no use for --method reference".to_owned());
             }
             MethodName::Pcf => {
                 let width = width.unwrap_or(1.0);
@@ -177,12 +196,10 @@ impl TryFrom<RenderFlags> for Render {
     }
 }
 
-impl MethodName {
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Filter => "filter",
-            Self::Pcf => "pcf",
-            Self::Reference => "reference",
-        }
+/// What is taken off depths; none for auto.
+fn depth(bias: Bias) -> Option<f64> {
+    match bias {
+        Bias::Depth(depth) => Some(depth.into()),
+        _ => None,
     }
 }

@@ -101,7 +101,7 @@ fn run_layered(reader: &LayeredReader, request: &Lookup, start: Instant) -> Resu
             return filter_runs::<f32>(reader, request, start);
         }
         Some(MethodName::Filter) => return filter_runs::<Rgb>(reader, request, start),
-        Some(MethodName::Pcf) => AreaMethod::Pcf { taps: rays, bias: bias.unwrap_or(0.0) },
+        Some(MethodName::Pcf) => AreaMethod::Pcf { taps: rays, bias: Some(bias.unwrap_or(0.0)) },
         _ => AreaMethod::Trace { rays, start: bias },
     };
     if request.footprint != Footprint::Point || request.level != LevelChoice::FINEST {

@@ -17,13 +17,15 @@ use dsm_scene::{
     Image, ImageDifference, RenderSettings, Renderer, Scene, SceneRasterizer, SceneReference,
     TracedScene, open_scene,
 };
-use mtsm::{DepthMap, DepthMapSettings, PercentageCloserFilter};
+use mtsm::{DepthMap, DepthMapSettings, LayeredKind, MultilayerSettings, PercentageCloserFilter};
 use serde::Serialize;
 
 use super::bake::BakeJob;
-use crate::args::{Method, Render};
+use super::bake_layers::LayersJob;
+use crate::args::{LayersRequest, Method, Render};
 use crate::filtering;
 use crate::interrupt::Interrupt;
+use crate::layered::{self, AreaMethod, AreaShadow, AreaVisitor};
 use crate::output::{picture, printable, progress};
 use crate::parallel::with_threads;
 use crate::pcf_shadow::PcfShadow;
@@ -181,6 +183,7 @@ impl RenderJob<'_> {
             Method::Filter { map, footprint, level, bias } => {
                 self.filter(map.as_deref(), *footprint, *level, *bias)
             }
+            Method::Area { map, how } => self.area(map.as_deref(), *how),
             &Method::Pcf { taps, width, bias } => self.pcf(taps, width, bias),
             &Method::Reference { rays } => {
                 if self.scene.is_coloured() {
@@ -213,6 +216,55 @@ impl RenderJob<'_> {
         let map_s = started.elapsed().as_secs_f64();
         let (image, render_s) = self.render(&shadow, anyhow::Error::from)?;
         Ok(Rendered { image, biases: Some((bias, shadow.biases())), map_s, render_s })
+    }
+
+    fn area(&self, map: Option<&Path>, how: AreaMethod) -> Result<Rendered> {
+        let started = Instant::now();
+        // The folder goes when the picture is done.
+        let (baked, folder);
+        let path = match map {
+            Some(path) => path,
+            None => {
+                folder = tempfile::tempdir().context("cannot make a folder for the map")?;
+                baked = folder.path().join("map.dsm");
+                self.bake_layers(&baked)?;
+                &baked
+            }
+        };
+        let Some(reader) = layered::open(path)? else {
+            bail!("{}: a deep map has no layers: --method filter reads it", path.display());
+        };
+        layered::with_shadow(&reader, how, RenderArea { job: self, started })
+    }
+
+    /// Bakes the layers that the light's rays may meet.
+    fn bake_layers(&self, path: &Path) -> Result<()> {
+        let settings = MultilayerSettings::new([RESOLUTION; 2])?;
+        let layers = LayersRequest {
+            kind: LayeredKind::Mtsm,
+            max_layers: settings.max_layers,
+            resets: settings.resets,
+        };
+        let name = self.request.scene.to_string_lossy();
+        let job = self.bake_job(&name, settings.bake, None);
+        LayersJob { job: &job, layers }.run(path).map(drop)
+    }
+
+    fn bake_job<'s>(
+        &'s self,
+        name: &'s str,
+        settings: BakeSettings,
+        pyramid: Option<PyramidOptions>,
+    ) -> BakeJob<'s> {
+        BakeJob {
+            scene: self.scene,
+            name,
+            settings,
+            coloured: None,
+            options: BakeOptions::default().with_pyramid(pyramid),
+            seed: self.request.seed,
+            quiet: self.request.quiet,
+        }
     }
 
     fn filter(
@@ -267,16 +319,8 @@ impl RenderJob<'_> {
         let mut settings = BakeSettings::new([RESOLUTION; 2])?;
         settings.sampling = dsm_core::PixelSampling::new(SAMPLES, self.request.seed)?;
         let pyramid = (level != LevelChoice::FINEST).then(PyramidOptions::default);
-        let job = BakeJob {
-            scene: self.scene,
-            name: &self.request.scene.to_string_lossy(),
-            settings,
-            coloured: None,
-            options: BakeOptions::default().with_pyramid(pyramid),
-            seed: self.request.seed,
-            quiet: self.request.quiet,
-        };
-        job.run(path).map(|_| ())
+        let name = self.request.scene.to_string_lossy();
+        self.bake_job(&name, settings, pyramid).run(path).map(|_| ())
     }
 
     /// Renders with these shadows; how long that took.
@@ -295,6 +339,22 @@ impl RenderJob<'_> {
         settings.factor = request.factor;
         let renderer = Renderer::new(self.traced, camera, self.scene.light.area()?, settings);
         render_with_bar(&renderer, shadow, failed, request.quiet)
+    }
+}
+
+/// Renders a scene with the soft shadows of a layered map.
+struct RenderArea<'a, 'b> {
+    job: &'a RenderJob<'b>,
+    started: Instant,
+}
+
+impl AreaVisitor for RenderArea<'_, '_> {
+    type Output = Rendered;
+
+    fn visit<V: AreaShadow>(self, shadow: &V) -> Result<Rendered> {
+        let map_s = self.started.elapsed().as_secs_f64();
+        let (image, render_s) = self.job.render(shadow, |never| match never {})?;
+        Ok(Rendered { image, biases: None, map_s, render_s })
     }
 }
 

@@ -153,7 +153,7 @@ fn what_cannot_be_baked_leaves_no_file() {
         assert_eq!(fs::read(&map).unwrap(), b"old");
     }
     for wrong in [
-        ["--kind", "mtsm"],
+        ["--kind", "views"],
         ["--resolution", "0x"],
         ["--samples", "0"],
         ["--tolerance", "1"],

@@ -8,6 +8,7 @@ mod convert;
 mod diff;
 mod disk;
 mod inspect;
+mod layers;
 mod lookup;
 mod maps;
 mod merge;

@@ -157,7 +157,7 @@ fn what_cannot_be_rendered_leaves_no_picture() {
     let nowhere = folder.path("no/where.png");
     run!("render", scene, "-o", nowhere, "--samples", "1").refusal();
     for (more, reason) in [
-        (["--method", "trace"], "trace"),
+        (["--method", "coherence"], "coherence"),
         (["--samples", "0"], "--samples"),
         (["--rays", "0"], "--rays"),
         (["--resolution", "0x4"], "65,536"),
@@ -172,6 +172,6 @@ fn what_cannot_be_rendered_leaves_no_picture() {
     run!("render", scene, "-o", "a.tif").is_wrong_usage(".png or .exr");
     run!("render", scene).is_wrong_usage("--output");
     run!("render", scene, "-o", image, "--method", "pcf", "--rays", "8").is_wrong_usage("square");
-    run!("render", scene, "-o", image, "--method", "pcf", "--map", "a.dsm")
+    run!("render", scene, "-o", image, "--method", "reference", "--map", "a.dsm")
         .is_wrong_usage("--map has no use");
 }

@@ -23,7 +23,8 @@ fn wrong_usage_has_exit_code_2() {
 #[test]
 fn what_is_not_there_is_not_accepted() {
     run!("render", "a", "-o", "b.png", "--crop", "0").is_wrong_usage("--crop");
-    for switch in ["--method", "--light-size", "--rays", "--accumulate"] {
-        run!("lookup", "a", "--points", "b", switch, "0").is_wrong_usage(switch);
+    run!("lookup", "a", "--points", "b", "--accumulate", "add").is_wrong_usage("--accumulate");
+    for method in ["prefilter", "attenuation", "coherence", "hybrid"] {
+        run!("lookup", "a", "--points", "b", "--method", method).is_wrong_usage(method);
     }
 }

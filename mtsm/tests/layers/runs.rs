@@ -1,6 +1,8 @@
 //! The runs of multilayer transparent shadow maps.
 
-use dsm_core::{PixelSampling, Rgb, Tolerance, Transmittance, VisibilityField};
+use dsm_core::{
+    BakeSettings, PixelSampling, Quantization, Rgb, Tolerance, Transmittance, VisibilityField,
+};
 use mtsm::{Layer, MultilayerBaker, MultilayerMap, MultilayerSettings};
 use proptest::prelude::*;
 
@@ -191,6 +193,10 @@ fn settings_out_of_range_are_refused() {
         MultilayerSettings { max_layers: 0, ..good.clone() },
         MultilayerSettings { light_depth: -1.0, ..good.clone() },
         MultilayerSettings { light_depth: f32::NAN, ..good.clone() },
+        MultilayerSettings {
+            bake: BakeSettings { quantization: Some(Quantization::default()), ..good.bake.clone() },
+            ..good.clone()
+        },
     ] {
         assert!(MultilayerBaker::<f32, _>::new(pixel.clone(), settings).is_err());
     }

@@ -79,6 +79,11 @@ fn bias_and_odd_receivers() {
     assert_eq!([counted.rays, counted.leaving, counted.beside], [6 * 256, 256, 3 * 256]);
     let biased = filter.with_bias(0.2).unwrap();
     assert_eq!(biased.visibility(on_the_wall, &light, 0), Ok(1.0));
+    // A pixel there is 2 · 2.1 / 7 wide or 2 · 2.1 / 5 high: more than 0.1.
+    let biased = biased.with_bias(0.0).unwrap();
+    assert_eq!(biased.visibility(on_the_wall, &light, 0), Ok(0.0));
+    let biased = biased.with_pixel_bias();
+    assert_eq!(biased.visibility(on_the_wall, &light, 0), Ok(1.0));
     assert!(biased.with_bias(f64::NAN).is_err());
     let filter = SoftPercentageCloser::new(&map, FilteredLayers::All).unwrap();
     assert!(filter.with_taps(0).is_err());

@@ -1,0 +1,205 @@
+//! Layered maps: `bake --kind`, and what the other commands say of them.
+
+use std::path::PathBuf;
+
+use serde_json::{Value, json};
+
+use crate::maps::Folder;
+use crate::run;
+
+/// A red pane at height 2 over an opaque floor at 0; the light, 1 × 0.5 large,
+/// hangs at (0, 5, 0).
+const SCENE: &str = r#"
+[camera]
+eye = [0, 4, 6]
+target = [0, 0, 0]
+up = [0, 1, 0]
+fov = 40.0
+resolution = [32, 24]
+
+[light]
+eye = [0, 5, 0]
+target = [0, 0, 0]
+up = [0, 0, 1]
+fov = 60.0
+shape = "rectangle"
+size = [1.0, 0.5]
+
+[[object]]
+mesh = "pane.obj"
+opacity = OPACITY
+transform = { translate = [0, 2, 0] }
+
+[[object]]
+mesh = "pane.obj"
+transform = { scale = 5.0 }
+"#;
+
+fn scene(folder: &Folder, opacity: &str) -> PathBuf {
+    folder.write("pane.obj", "v -0.5 0 -0.5\nv 0.5 0 -0.5\nv 0.5 0 0.5\nv -0.5 0 0.5\nf 1 2 3 4\n");
+    folder.write("scene.toml", SCENE.replace("OPACITY", opacity))
+}
+
+fn points(folder: &Folder) -> PathBuf {
+    folder.write("p.csv", "x,y,z\n0,0.5,0\n2,0.5,0\n0,-0.5,0\n0,4.9,0\nnan,0,0\n")
+}
+
+/// The lights of an answer of one channel.
+fn lights(answer: &str) -> Vec<f64> {
+    answer.lines().skip(1).map(|line| line.parse().unwrap()).collect()
+}
+
+#[test]
+fn layered_maps_are_baked_traced_and_filtered() {
+    let folder = Folder::new();
+    let (scene, points) = (scene(&folder, "0.75"), points(&folder));
+    for kind in ["mtsm", "layers"] {
+        let map = folder.path(&format!("{kind}.dsm"));
+        let told = run!("bake", scene, "-o", map, "--kind", kind, "--resolution", "96").stdout();
+        assert!(told.contains("9216 samples met"), "{told}");
+        run!("verify", map).stdout();
+        let traced = run!("lookup", map, "--points", points, "--rays", "64").stdout();
+        // Behind the pane, beside it, under the floor, beside the light.
+        assert_eq!(lights(&traced), [0.25, 1.0, 0.0, 1.0, 1.0], "{kind}");
+        let filtered = run!("lookup", map, "--points", points, "--method", "pcf").stdout();
+        assert_eq!(lights(&filtered), [0.25, 1.0, 0.0, 1.0, 1.0], "{kind}");
+        let answer = run!("lookup", map, "--points", points, "--rays", "16", "--stats");
+        let statistics: Value = serde_json::from_str(&answer.stderr).unwrap();
+        assert_eq!(statistics["rays"], 80);
+        assert_eq!(statistics["beside"], 16, "the NaN: {statistics}");
+        let threads = ["1", "3"]
+            .map(|threads| run!("lookup", map, "--points", points, "--threads", threads).stdout());
+        assert_eq!(threads[0], threads[1]);
+    }
+    // The first run as a deep map: the pane's middle covers the light.
+    let map = folder.path("mtsm.dsm");
+    let looked_up = run!("lookup", map, "--points", points, "--method", "filter").stdout();
+    assert_eq!(lights(&looked_up)[..3], [0.25, 1.0, 0.0]);
+    // A point that the pane's edge halves the light for, and one without size.
+    let edge = folder.write("e.csv", "x,y,z\n0.8333,0,0\n");
+    let bias = ["--bias", "0.2"];
+    let soft = run!("lookup", map, "--points", edge, bias[0], bias[1]).stdout();
+    assert!((0.5..0.75).contains(&lights(&soft)[0]), "{soft}");
+    let hard = run!("lookup", map, "--points", edge, "--light-size", "0", bias[0], bias[1]);
+    assert!([0.25, 1.0].contains(&lights(&hard.stdout())[0]));
+}
+
+#[test]
+fn inspect_shows_layers_runs_counts_and_the_pyramid() {
+    let folder = Folder::new();
+    let (scene, map) = (scene(&folder, "1.0"), folder.path("map.dsm"));
+    run!("bake", scene, "-o", map, "--kind", "mtsm", "--resolution", "32").stdout();
+    let told = run!("inspect", map, "--json", "--pixel", "16,16").json();
+    assert_eq!((&told["kind"], &told["samples"]), (&json!("mtsm"), &json!(1)));
+    assert_eq!(told["layers"]["max_layers"], 32);
+    assert_eq!(told["layers"]["resets"], 4);
+    assert_eq!(told["layers"]["most_runs"], 2);
+    assert_eq!(told["layers"]["most_layers"], 4);
+    let pyramid = told["layers"]["pyramid"].as_array().unwrap();
+    assert_eq!((pyramid.len(), &pyramid[5]), (6, &json!({"width": 1, "height": 1, "empty": 0})));
+    // The camera stands 0.5 / tan 30° behind the light.
+    let back = 0.5 / 30.0_f64.to_radians().tan();
+    let depth = |index: usize| told["runs"][index][1][0].as_f64().unwrap();
+    assert!((told["layers"]["light_depth"].as_f64().unwrap() - back).abs() < 1e-6);
+    assert!((depth(0) - 3.0 - back).abs() < 1e-5 && (depth(1) - 5.0 - back).abs() < 1e-5);
+    assert_eq!(told["runs"][0][1][2], 1);
+    let text = run!("inspect", map, "--pixel", "16,16").stdout();
+    assert!(text.contains("kind        mtsm") && text.contains("run 1"), "{text}");
+    run!("inspect", map, "--slice", "inf", "--image", folder.path("s.png")).stdout();
+    run!("inspect", map, "--pixel", "16,16", "--plot", folder.path("p.svg")).stdout();
+    assert!(run!("inspect", map, "--pixel", "32,0").refusal().contains("no pixel (32, 0)"));
+}
+
+#[test]
+fn scenes_are_rendered_with_traced_shadows() {
+    let folder = Folder::new();
+    let (scene, map) = (scene(&folder, "[0.0, 0.75, 1.0]"), folder.path("map.dsm"));
+    run!("bake", scene, "-o", map, "--kind", "mtsm", "--resolution", "128", "--quiet").stdout();
+    let (traced, reference) = (folder.path("t.exr"), folder.path("r.exr"));
+    let few = ["--samples", "4", "--factor", "--quiet", "--rays", "64"];
+    run!(
+        "render",
+        scene,
+        "-o",
+        reference,
+        "--method",
+        "reference",
+        few[0],
+        few[1],
+        few[2],
+        few[3],
+        few[4],
+        few[5]
+    )
+    .stdout();
+    for (method, least, most) in [("trace", 0.0, 0.03), ("pcf", 0.0, 0.2)] {
+        let told = run!(
+            "render",
+            scene,
+            "-o",
+            traced,
+            "--method",
+            method,
+            "--map",
+            map,
+            few[0],
+            few[1],
+            few[2],
+            few[3],
+            few[4],
+            few[5],
+            "--compare",
+            reference,
+            "--json"
+        )
+        .json();
+        assert_eq!(told["method"], method);
+        let error = told["compare"]["mean_absolute"].as_f64().unwrap();
+        assert!((least..most).contains(&error), "{method}: {told}");
+    }
+    // Bakes a map first.
+    run!("render", scene, "-o", traced, "--method", "trace", "--samples", "1", "--quiet").stdout();
+}
+
+#[test]
+fn what_does_not_fit_together_is_refused() {
+    let folder = Folder::new();
+    let (scene, map) = (scene(&folder, "1.0"), folder.path("map.dsm"));
+    let points = points(&folder);
+    for (arguments, says) in [
+        (["--layers", "3"], "--layers is for maps of kind layers or mtsm"),
+        (["--resets", "3"], "--resets is for maps of kind mtsm"),
+        (["--layers", "0"], "--layers"),
+    ] {
+        let [switch, value] = arguments;
+        run!("bake", scene, "-o", map, switch, value).is_wrong_usage(says);
+    }
+    for (kind, switch, value, says) in [
+        ("layers", "--resets", "3", "--resets is for maps of kind mtsm"),
+        ("layers", "--samples", "4", "one sample a pixel"),
+        ("layers", "--tolerance", "0.1", "--tolerance is for maps of kind deep or mtsm"),
+        ("mtsm", "--crop", "0,0,64,64", "--crop is for maps of kind deep"),
+        ("mtsm", "--codec", "quantized", "--codec quantized is for maps of kind deep"),
+    ] {
+        run!("bake", scene, "-o", map, "--kind", kind, switch, value).is_wrong_usage(says);
+    }
+    run!("bake", scene, "-o", map, "--kind", "mtsm", "--resolution", "16", "--quiet").stdout();
+    let lookup = |switch: &str, value: &str| run!("lookup", map, "--points", points, switch, value);
+    assert!(lookup("--filter", "box").refusal().contains("for --method filter"));
+    assert!(lookup("--light-size", "-1").code == 2);
+    lookup("--rays", "0").is_wrong_usage("--rays");
+    run!("lookup", map, "--points", points, "--method", "trace", "--bias", "-1")
+        .is_wrong_usage("before its point");
+    run!("lookup", map, "--points", points, "--method", "filter", "--rays", "4")
+        .is_wrong_usage("--rays and --light-size");
+    let deep = folder.path("deep.dsm");
+    run!("bake", scene, "-o", deep, "--resolution", "16", "--quiet").stdout();
+    let refused = run!("lookup", deep, "--points", points, "--method", "trace");
+    assert!(refused.refusal().contains("no layers to trace"));
+    let refused = run!("lookup", deep, "--points", points, "--rays", "4");
+    assert!(refused.refusal().contains("for layered maps"));
+    let image = folder.path("i.png");
+    let refused = run!("render", scene, "-o", image, "--method", "trace", "--map", deep);
+    assert!(refused.refusal().contains("no layers"));
+    assert!(run!("mip", map, "-o", deep).refusal().contains("kind \"mtsm\""));
+}
