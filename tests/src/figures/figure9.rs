@@ -2,14 +2,15 @@
 
 use anyhow::Result;
 use dsm_core::{
-    Filter, FilterShape, Footprint, LevelChoice, PixelSampling, Pyramid, Receiver, filtered_lookup,
+    DeepMap, Filter, FilterShape, Footprint, LevelChoice, PixelSampling, Pyramid, Receiver,
+    filtered_lookup,
 };
 use mtsm::{Blocking, DepthMap, DepthMapSettings, PercentageCloserFilter};
 
 use super::machine::machine;
 use super::plot::{Panel, svg};
 use super::report::table;
-use super::timing::{interleaved, pass};
+use super::timing::{Pass, interleaved, pass};
 use super::{Bakes, Report, Stage};
 
 /// Taps of percentage closer filtering, as in the paper.
@@ -53,34 +54,13 @@ impl Figure9 {
         let pyramid = Pyramid::new(bakes.map(stage, side)?.read_levels()?)?;
         let widths =
             || (1..).map(|power| 2.0_f32.powi(power)).take_while(|&w| w < effort.map as f32);
-        let measure = |width: f32| -> Result<Figure9Row> {
-            let pcf = PercentageCloserFilter::new(&depths, TAPS)?.with_width(width)?;
-            let footprint = Footprint::Isotropic(Filter::new(FilterShape::Box, width)?);
-            let finest = &pyramid.levels()[0];
-            let with_mips = |at: Receiver| {
-                let Ok(light) = pyramid.lookup(&at, &footprint, LevelChoice::Auto);
-                light
-            };
-            let without = |at: Receiver| {
-                let Ok(light) = filtered_lookup(finest, &at, &footprint);
-                light
-            };
-            let all = &stage.receivers;
-            let few = (65536.0 / (width * width)).clamp(8.0, 4096.0) as usize;
-            let (mut first, mut second, mut third) = (0, 0, 0);
-            let nanoseconds = interleaved(
-                effort.rounds,
-                effort.seconds,
-                [
-                    &mut || pass(all, &mut first, 4096, |_, at| with_mips(at)),
-                    &mut || pass(all, &mut second, few, |_, at| without(at)),
-                    &mut || pass(all, &mut third, 2048, |i, at| pcf.lookup(&at, i as u64)),
-                ],
-            );
-            Ok(Figure9Row { width: width.into(), nanoseconds })
-        };
-        let rows = widths().map(measure).collect::<Result<_>>()?;
-        let between = widths().map(|width| measure(1.5 * width)).collect::<Result<_>>()?;
+        let all: Vec<f32> = widths().chain(widths().map(|width| 1.5 * width)).collect();
+        let times = lookup_times(stage, &depths, &pyramid, &all)?;
+        let mut rows = all
+            .iter()
+            .zip(times)
+            .map(|(&width, nanoseconds)| Figure9Row { width: width.into(), nanoseconds });
+        let (rows, between) = (rows.by_ref().take(widths().count()).collect(), rows.collect());
         let parameters = format!(
             "Scene `hairball` with opaque hairs, deep map of {0} × {0} pixels with {1} samples \
              each, normal map of {2} × {2} depths, {3} taps. {4} receivers seen by the scene's \
@@ -156,6 +136,50 @@ impl Figure9 {
         };
         Ok(Report { name: "figure-9", page, plot: svg(&[panel])? })
     }
+}
+
+/// Nanoseconds that a lookup takes over filters of these widths: with mip levels,
+/// in the finest alone, and by percentage closer filtering. All take turns, the
+/// widths of one method next to each other, since they are compared.
+fn lookup_times(
+    stage: &Stage,
+    depths: &DepthMap,
+    pyramid: &Pyramid<DeepMap<f32>>,
+    widths: &[f32],
+) -> Result<Vec<[f64; 3]>> {
+    let all = &stage.receivers;
+    let mut methods: Vec<Box<dyn FnMut() -> Pass + '_>> = Vec::new();
+    let footprints = widths
+        .iter()
+        .map(|&width| Ok(Footprint::Isotropic(Filter::new(FilterShape::Box, width)?)))
+        .collect::<Result<Vec<_>>>()?;
+    for &footprint in &footprints {
+        let mut next = 0;
+        let light = move |at: Receiver| {
+            let Ok(light) = pyramid.lookup(&at, &footprint, LevelChoice::Auto);
+            light
+        };
+        methods.push(Box::new(move || pass(all, &mut next, 4096, |_, at| light(at))));
+    }
+    for (&footprint, width) in footprints.iter().zip(widths) {
+        let mut next = 0;
+        let few = (65536.0 / (width * width)).clamp(8.0, 4096.0) as usize;
+        let light = move |at: Receiver| {
+            let Ok(light) = filtered_lookup(&pyramid.levels()[0], &at, &footprint);
+            light
+        };
+        methods.push(Box::new(move || pass(all, &mut next, few, |_, at| light(at))));
+    }
+    for &width in widths {
+        let mut next = 0;
+        let pcf = PercentageCloserFilter::new(depths, TAPS)?.with_width(width)?;
+        methods.push(Box::new(move || {
+            pass(all, &mut next, 2048, |index, at| pcf.lookup(&at, index as u64))
+        }));
+    }
+    let times = interleaved(stage.effort.rounds, stage.effort.seconds, methods);
+    let of = |index: usize| [0, 1, 2].map(|method| times[method * widths.len() + index]);
+    Ok((0..widths.len()).map(of).collect())
 }
 
 fn variation(rows: &[Figure9Row], method: usize) -> f64 {

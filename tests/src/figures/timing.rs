@@ -17,13 +17,13 @@ fn seconds(since: Instant) -> f64 {
 /// In each round every method works for `at_least` seconds, one after the
 /// other on one thread, so that what else runs on the machine meets all alike.
 /// A method makes as many calls as it answers.
-pub(super) fn interleaved<const N: usize>(
+pub(super) fn interleaved(
     rounds: usize,
     at_least: f64,
-    mut methods: [&mut dyn FnMut() -> Pass; N],
-) -> [f64; N] {
+    mut methods: Vec<Box<dyn FnMut() -> Pass + '_>>,
+) -> Vec<f64> {
     let start = Instant::now();
-    let mut times = [const { Vec::new() }; N];
+    let mut times = vec![Vec::new(); methods.len()];
     // One more round, which fills caches and does not count.
     for round in 0..=rounds {
         for (index, method) in methods.iter_mut().enumerate() {
@@ -42,10 +42,11 @@ pub(super) fn interleaved<const N: usize>(
             }
         }
     }
-    times.map(|mut times| {
+    let median = |mut times: Vec<f64>| {
         times.sort_by(f64::total_cmp);
         times.get(times.len() / 2).copied().unwrap_or(f64::NAN)
-    })
+    };
+    times.into_iter().map(median).collect()
 }
 
 /// What a method did before it was asked for the time.
