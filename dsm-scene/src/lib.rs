@@ -49,7 +49,7 @@ pub use raster::rasterizer::{Rasterizer, RasterizerBuilder};
 pub use raster::scene_rasterizer::SceneRasterizer;
 pub use raster::segment::Segment;
 pub use reference::SceneReference;
-pub use render::{Image, ImageDifference, RenderProgress, RenderSettings, Renderer};
+pub use render::{Image, ImageDifference, RenderProgress, RenderSettings, Renderer, srgb_code};
 pub use scene::{Object, Scene, Shape};
 pub use trace::{Ray, TracedScene, Tracer};
 pub use transform::{Motion, Transform};

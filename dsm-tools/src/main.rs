@@ -7,7 +7,6 @@ mod interrupt;
 mod layered;
 mod output;
 mod parallel;
-mod pcf_shadow;
 mod points;
 mod signals;
 

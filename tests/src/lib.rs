@@ -4,6 +4,7 @@
 pub mod figures;
 pub mod forge;
 pub mod fuzz;
+pub mod pictures;
 
 /// The README's example compiles.
 #[cfg(doctest)]

@@ -2,9 +2,11 @@
 
 mod image;
 mod numbers;
+mod png;
 mod renderer;
 mod shading;
 mod sight;
 
 pub use image::{Image, ImageDifference};
+pub use png::srgb_code;
 pub use renderer::{RenderProgress, RenderSettings, Renderer};

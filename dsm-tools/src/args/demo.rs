@@ -7,8 +7,9 @@ use clap::Args;
 /// Shows what the program does: bakes a ball of hair and looks into the map
 ///
 /// Bakes builtin:hairball, adds the mip levels, verifies the file, plots a
-/// pixel and draws the light that is left half way through, and says how long
-/// each step took.
+/// pixel, draws the light that is left half way through, renders the ball
+/// without and with the shadow it casts on itself, and says how long each step
+/// took.
 #[derive(Debug, Args)]
 pub(crate) struct DemoFlags {
     /// The folder to write to; made if it is not there

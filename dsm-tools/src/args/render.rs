@@ -25,7 +25,8 @@ pub(crate) struct RenderFlags {
     #[arg(value_parser = values::image_file([ImageFormat::Png, ImageFormat::Exr]))]
     output: ImageFile,
     /// The map of the light (.dsm): a deep one (filter), a layered one (trace,
-    /// pcf) [default: one of 512 × 512 pixels that is baked first]
+    /// pcf) [default: one of 512 × 512 pixels that is baked first, a deep one
+    /// of 16 samples and within 0.01]
     #[arg(long, value_name = "MAP.dsm", value_parser = values::dsm_file())]
     map: Option<PathBuf>,
     /// Where the shadows come from: filtered lookups in the deep map; shadow rays

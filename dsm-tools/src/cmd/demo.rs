@@ -2,21 +2,27 @@
 
 use std::fs;
 use std::io::{self, Write};
+use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use dsm_core::{BakeSettings, DeepMap};
-use dsm_io::{BakeOptions, Limits, MapReader, PyramidOptions, mip};
-use dsm_scene::builtin_scene;
+use dsm_core::{BakeSettings, DeepMap, Filter, FilterShape, Footprint};
+use dsm_io::{BakeOptions, CachedShadow, Limits, MapReader, PyramidOptions, TileCache, mip};
+use dsm_scene::{Image, RenderSettings, Renderer, Scene, TracedScene, builtin_scene};
 
 use super::bake::BakeJob;
 use super::inspect::{plot_pixel, write_slice};
+use super::render::render_with_bar;
 use crate::args::{Demo, ImageFile, ImageFormat, SliceFile};
-use crate::output::{printable, progress};
+use crate::filtering;
+use crate::output::{picture, printable, progress};
 use crate::parallel::with_threads;
 
 /// Width and height of the map.
 const RESOLUTION: u32 = 512;
+/// Width and height of a rendered picture, and camera rays a pixel.
+const PICTURE: [u32; 2] = [400, 300];
+const CAMERA_RAYS: u32 = 9;
 
 pub(crate) fn run(request: &Demo) -> Result<()> {
     with_threads(None, || Demonstration { request, step: Instant::now() }.run())
@@ -94,7 +100,32 @@ impl Demonstration<'_> {
         let image = ImageFile { path: path("shadow.png"), format: ImageFormat::Png };
         let what = format!("{}: the light left at depth {depth}", image.path.display());
         write_slice(&deep, &SliceFile { depth, image })?;
-        self.say("slice", &what)
+        self.say("slice", &what)?;
+        drop((deep, map));
+
+        let image = ImageFile { path: path("render.png"), format: ImageFormat::Png };
+        picture::write_picture(&self.render(&scene, &map_path)?, &image)?;
+        let what = "the hair without and with the shadow it casts on itself";
+        self.say("render", &format!("{}: {what}", image.path.display()))
+    }
+
+    /// The scene without self-shadowing beside the same with it.
+    fn render(&self, scene: &Scene, map: &Path) -> Result<Image> {
+        let map = TileCache::new(filtering::TILE_BYTES).open::<f32>(map, &Limits::default())?;
+        let filter = Filter::new(FilterShape::Tent, 2.0)?;
+        let lookup = filtering::shadow_lookup(&map)?.with_footprint(Footprint::Isotropic(filter));
+        let shadow = CachedShadow::new(map, lookup)?;
+        let traced = TracedScene::new(scene)?;
+        let mut settings = RenderSettings::new(CAMERA_RAYS, 0)?;
+        let mut draw = |self_shadowing| {
+            settings.self_shadowing = self_shadowing;
+            let camera = scene.camera.raster(PICTURE)?;
+            let renderer = Renderer::new(&traced, camera, scene.light.area()?, settings.clone());
+            let failed = anyhow::Error::from;
+            render_with_bar(&renderer, &shadow, failed, self.request.quiet).map(|(image, _)| image)
+        };
+        let images = [draw(false)?, draw(true)?];
+        Image::beside(&images).context("both are as high")
     }
 
     /// Ends a step: how long it took and what came of it.

@@ -8,7 +8,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use dsm_core::{
     BakeSettings, Bias, BiasSummary, Footprint, LevelChoice, LightVisibility, MapInfo, Rgb,
-    ShadowLookup, Transmittance,
+    ShadowLookup, Tolerance, Transmittance,
 };
 use dsm_io::{
     AnyCachedMap, BakeOptions, CachedMap, CachedShadow, Limits, PyramidOptions, TileCache,
@@ -17,7 +17,10 @@ use dsm_scene::{
     Image, ImageDifference, RenderSettings, Renderer, Scene, SceneRasterizer, SceneReference,
     TracedScene, open_scene,
 };
-use mtsm::{DepthMap, DepthMapSettings, LayeredKind, MultilayerSettings, PercentageCloserFilter};
+use mtsm::{
+    DepthMap, DepthMapSettings, LayeredKind, MultilayerSettings, PercentageCloserFilter,
+    PercentageCloserShadow,
+};
 use serde::Serialize;
 
 use super::bake::BakeJob;
@@ -28,11 +31,12 @@ use crate::interrupt::Interrupt;
 use crate::layered::{self, AreaMethod, AreaShadow, AreaVisitor};
 use crate::output::{picture, printable, progress};
 use crate::parallel::with_threads;
-use crate::pcf_shadow::PcfShadow;
 
-/// Pixels of the map that is baked where none is given, and their samples.
+/// Pixels of the map that is baked where none is given, their samples, and how
+/// far it is off: it is thrown away, and may be large.
 const RESOLUTION: u32 = 512;
 const SAMPLES: u32 = 16;
+const TOLERANCE: f32 = 0.01;
 
 /// What `--json` prints.
 #[derive(Serialize)]
@@ -211,8 +215,8 @@ impl RenderJob<'_> {
         let map = DepthMap::sample(&source, &settings)?;
         let info = MapInfo { camera: Some(camera), ..MapInfo::default() };
         let lookup = ShadowLookup::new(&info, [RESOLUTION; 2])?.with_bias(bias);
-        let shadow =
-            PcfShadow::new(PercentageCloserFilter::new(&map, taps)?.with_width(width)?, lookup);
+        let filter = PercentageCloserFilter::new(&map, taps)?.with_width(width)?;
+        let shadow = PercentageCloserShadow::new(filter, lookup);
         let map_s = started.elapsed().as_secs_f64();
         let (image, render_s) = self.render(&shadow, anyhow::Error::from)?;
         Ok(Rendered { image, biases: Some((bias, shadow.biases())), map_s, render_s })
@@ -318,6 +322,7 @@ impl RenderJob<'_> {
     fn bake(&self, path: &Path, level: LevelChoice) -> Result<()> {
         let mut settings = BakeSettings::new([RESOLUTION; 2])?;
         settings.sampling = dsm_core::PixelSampling::new(SAMPLES, self.request.seed)?;
+        settings.tolerance = Some(Tolerance::new(TOLERANCE)?);
         let pyramid = (level != LevelChoice::FINEST).then(PyramidOptions::default);
         let name = self.request.scene.to_string_lossy();
         self.bake_job(&name, settings, pyramid).run(path).map(|_| ())

@@ -19,36 +19,14 @@ use crate::args::{ImageFile, ImageFormat};
 pub(crate) fn write_picture(image: &Image, file: &ImageFile) -> Result<()> {
     let encoded = match file.format {
         ImageFormat::Exr => exr(image),
-        _ => png(image),
+        _ => image.to_png().map_err(anyhow::Error::from),
     };
     let encoded = encoded.with_context(|| format!("encoding {}", file.path.display()))?;
     Ok(dsm_io::replace_file(&file.path, &encoded)?)
 }
 
-/// Grey where all pixels are.
-fn channel_count(image: &Image) -> usize {
-    if image.is_grey() { 1 } else { 3 }
-}
-
-fn png(image: &Image) -> Result<Vec<u8>> {
-    let mut file = Vec::new();
-    let [width, height] = image.size();
-    let mut encoder = png::Encoder::new(&mut file, width, height);
-    let channels = channel_count(image);
-    encoder.set_color(if channels == 1 { png::ColorType::Grayscale } else { png::ColorType::Rgb });
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(png::Compression::High);
-    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-    let pixels = image.pixels().iter().flat_map(|pixel| &pixel[..channels]);
-    let bytes: Vec<u8> = pixels.map(|&value| srgb_code(value)).collect();
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(&bytes)?;
-    writer.finish()?;
-    Ok(file)
-}
-
 fn exr(image: &Image) -> Result<Vec<u8>> {
-    let names: &[&str] = if channel_count(image) == 1 { &["Y"] } else { &["R", "G", "B"] };
+    let names: &[&str] = if image.is_grey() { &["Y"] } else { &["R", "G", "B"] };
     let channels = names.iter().enumerate().map(|(channel, &name)| {
         let column = image.pixels().iter().map(|pixel| pixel[channel]).collect();
         AnyChannel::new(name, FlatSamples::F32(column))
@@ -111,22 +89,9 @@ fn read_exr_pixels(path: &Path, size: [u32; 2]) -> Result<Image> {
     }
 }
 
-/// The 8-bit code of a linear value under the sRGB curve (IEC 61966-2-1).
-pub(super) fn srgb_code(linear: f32) -> u8 {
-    let encoded =
-        if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
-    (255.0 * encoded).round() as u8
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn codes_follow_the_srgb_curve() {
-        assert_eq!([0.0, 0.002, 0.25, 0.5, 1.0].map(srgb_code), [0, 7, 137, 188, 255]);
-        assert_eq!([-1.0, 2.0, f32::NAN].map(srgb_code), [0, 255, 0]);
-    }
 
     #[test]
     fn pictures_come_back_as_they_were() {

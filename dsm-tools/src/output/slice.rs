@@ -4,12 +4,11 @@ use std::io::Cursor;
 
 use anyhow::{Context, Result};
 use dsm_core::{MapInfo, PixelWindow, Transmittance, VisibilityField};
+use dsm_scene::srgb_code;
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, IntegerBounds, Layer, LayerAttributes,
     Vec2, WritableImage,
 };
-
-use super::picture::srgb_code;
 
 /// V(z) of every pixel, row by row.
 pub(crate) struct Slice<T> {

@@ -5,28 +5,33 @@ use std::sync::{Mutex, PoisonError};
 
 use dsm_core::{AreaLight, BiasSummary, Facing, LightVisibility, ShadedPoint, ShadowLookup};
 use glam::DVec3;
-use mtsm::PercentageCloserFilter;
 
-/// A plain shadow map that is asked where a deep one would be, with the same
-/// bias.
-pub(crate) struct PcfShadow<'a> {
+use crate::PercentageCloserFilter;
+
+/// A plain shadow map that is asked where a deep one would be: its filter with
+/// the biases of a [`ShadowLookup`], which may follow each point's slope.
+#[derive(Debug)]
+pub struct PercentageCloserShadow<'a> {
     filter: PercentageCloserFilter<'a>,
     lookup: ShadowLookup,
     biases: Mutex<BiasSummary>,
 }
 
-impl<'a> PcfShadow<'a> {
-    pub(crate) fn new(filter: PercentageCloserFilter<'a>, lookup: ShadowLookup) -> Self {
+impl<'a> PercentageCloserShadow<'a> {
+    /// Asks `filter` where `lookup` says; its own bias does not count.
+    #[must_use]
+    pub fn new(filter: PercentageCloserFilter<'a>, lookup: ShadowLookup) -> Self {
         Self { filter, lookup, biases: Mutex::default() }
     }
 
     /// The biases of all points so far.
-    pub(crate) fn biases(&self) -> BiasSummary {
+    #[must_use]
+    pub fn biases(&self) -> BiasSummary {
         *self.biases.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl LightVisibility for PcfShadow<'_> {
+impl LightVisibility for PercentageCloserShadow<'_> {
     type Value = f32;
     type Error = Infallible;
 
