@@ -58,12 +58,15 @@ impl FarTable {
         let squares = 64.0 * f64::from(side) * f64::from(side);
         let mut sums = Vec::new();
         let mut slices = vec![0.0; SLICES];
+        let mut walls = Walls::new(side);
         for channel in 0..T::CHANNELS {
             let mut sum = vec![0_u16; cells * COLUMN];
             for (cell, column) in sum.chunks_exact_mut(COLUMN).enumerate() {
                 let (x, y) = (cell as u32 % size[0] * side, cell as u32 / size[0] * side);
                 slices.fill(0.0);
-                for (x, y) in (y..y + side).flat_map(|y| (x..x + side).map(move |x| (x, y))) {
+                walls.clear();
+                let pixels = (y..y + side).flat_map(|y| (x..x + side).map(move |x| (x, y)));
+                for (pixel, (x, y)) in pixels.enumerate() {
                     for fragment in map.pixel(x, y) {
                         let covered = f64::from(fragment.coverage.count_ones()) / squares;
                         let opacity = f64::from(fragment.opacity.channel(channel));
@@ -71,8 +74,12 @@ impl FarTable {
                         let slice = ((low + high) / 2.0 - f64::from(range[0])) * scale;
                         let slice = (slice.max(0.0) as usize).min(SLICES - 1);
                         slices[slice] -= (-opacity * covered).ln_1p();
+                        if opacity == 1.0 {
+                            walls.add(slice, pixel, fragment.coverage);
+                        }
                     }
                 }
+                walls.close(&mut slices);
                 let mut depth = 0.0;
                 for (slice, border) in column.iter_mut().enumerate() {
                     // Wraps around, as all differences do.
@@ -242,6 +249,60 @@ fn exponential<S: Simd>(simd: S, x: f32x16<S>) -> f32x16<S> {
     let bits: i32x16<S> = whole.to_int();
     let scale = (i32x16::splat(simd, 127) - bits) << 23;
     sum * scale.bitcast::<f32x16<S>>()
+}
+
+/// Opaque fragments of a coarse pixel that together leave no gap: sums of parts
+/// would let light through.
+struct Walls {
+    /// Pixels of a coarse one.
+    pixels: usize,
+    /// Masks of all pixels, slice by slice.
+    masks: Vec<u64>,
+    /// Covered squares of a slice, counted again where they overlap.
+    counts: Vec<u32>,
+}
+
+impl Walls {
+    /// Slices that a slanted wall may pass within one coarse pixel.
+    const SPAN: usize = 3;
+
+    fn new(side: u32) -> Self {
+        let pixels = (side * side) as usize;
+        Self { pixels, masks: vec![0; SLICES * pixels], counts: vec![0; SLICES] }
+    }
+
+    fn clear(&mut self) {
+        for (slice, count) in self.counts.iter_mut().enumerate() {
+            if *count > 0 {
+                self.masks[slice * self.pixels..(slice + 1) * self.pixels].fill(0);
+                *count = 0;
+            }
+        }
+    }
+
+    fn add(&mut self, slice: usize, pixel: usize, coverage: u64) {
+        self.masks[slice * self.pixels + pixel] |= coverage;
+        self.counts[slice] += coverage.count_ones();
+    }
+
+    /// Blocks the light where few slices leave no gap.
+    fn close(&self, slices: &mut [f64]) {
+        let firsts = slices.iter_mut().enumerate().take(SLICES - Self::SPAN + 1);
+        for (first, depth) in firsts {
+            let some = first..first + Self::SPAN;
+            let count: u32 = self.counts[some.clone()].iter().sum();
+            if (count as usize) < 64 * self.pixels || self.counts[first] == 0 {
+                continue;
+            }
+            let whole = (0..self.pixels).all(|pixel| {
+                let mask = |slice| self.masks[slice * self.pixels + pixel];
+                some.clone().fold(0, |all, slice| all | mask(slice)) == u64::MAX
+            });
+            if whole {
+                *depth = MOST_DEPTH;
+            }
+        }
+    }
 }
 
 #[cfg(test)]
