@@ -122,6 +122,24 @@ impl FragmentBuilder {
         Ok(Self { layers: layers.min(Self::MAX_LAYERS), ..self })
     }
 
+    /// The camera of the map.
+    #[must_use]
+    pub const fn camera(&self) -> &ShadowCamera {
+        &self.camera
+    }
+
+    /// Places along a side of a pixel.
+    #[must_use]
+    pub const fn coverage(&self) -> u32 {
+        self.coverage
+    }
+
+    /// The most fragments of a pixel.
+    #[must_use]
+    pub const fn layers(&self) -> u32 {
+        self.layers
+    }
+
     /// The frame of the map.
     #[must_use]
     pub const fn frame(&self) -> &LightFrame {

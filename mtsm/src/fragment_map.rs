@@ -22,6 +22,59 @@ pub struct FragmentColumns<T> {
     pub coverage: Vec<u64>,
 }
 
+impl<T: Transmittance> FragmentColumns<T> {
+    /// Holds the columns of `size` pixels to the rules of [`FragmentMap::new`].
+    pub(crate) fn check(&self, size: [u32; 2]) -> Result<()> {
+        let refuse = |pixel, reason| Err(Error::Pixel { pixel, reason });
+        let FragmentColumns { offsets, w, gradients, opacities, coverage } = self;
+        let [width, height] = size;
+        let pixels = u64::from(width) * u64::from(height);
+        if offsets.len() as u64 != pixels + 1 || offsets[0] != 0 {
+            return refuse(0, "there must be one list a pixel");
+        }
+        let lengths = [gradients[0].len(), gradients[1].len(), opacities.len(), coverage.len()];
+        if lengths.iter().any(|&length| length != w.len()) {
+            return refuse(0, "the columns' lengths differ");
+        }
+        let in_range = |opacity: T| {
+            let mut channels = (0..T::CHANNELS).map(|channel| opacity.channel(channel));
+            channels.all(|value| (0.0..=1.0).contains(&value)) && opacity != T::splat(0.0)
+        };
+        for (pixel, ends) in offsets.windows(2).enumerate() {
+            let (start, end) = (ends[0] as usize, ends[1] as usize);
+            if start > end || end > w.len() {
+                return refuse(pixel, "its list ends before it begins, or beyond the columns");
+            }
+            for at in start..end {
+                let numbers = [w[at], gradients[0][at], gradients[1][at]];
+                if !numbers.iter().all(|number| number.is_finite()) {
+                    return refuse(pixel, "a fragment's plane is not finite");
+                }
+                if !in_range(opacities[at]) || coverage[at] == 0 {
+                    return refuse(pixel, "a fragment takes nothing away, or too much");
+                }
+                if at > start && w[at - 1] > w[at] {
+                    return refuse(pixel, "its fragments are not sorted");
+                }
+            }
+        }
+        if offsets[offsets.len() - 1] as usize != w.len() {
+            return refuse(offsets.len().saturating_sub(2), "fragments of no pixel");
+        }
+        Ok(())
+    }
+
+    /// The fragment at `index`.
+    pub(crate) fn fragment(&self, index: usize) -> Fragment<T> {
+        Fragment {
+            w: self.w[index],
+            gradient: [self.gradients[0][index], self.gradients[1][index]],
+            opacity: self.opacities[index],
+            coverage: self.coverage[index],
+        }
+    }
+}
+
 /// A multilayer map whose layers are [`Fragment`]s, sorted by w in each pixel:
 /// the farthest first.
 ///
@@ -69,42 +122,7 @@ impl<T: Transmittance> FragmentMap<T> {
     /// none: a number is not finite, an opacity is outside (0, 1], nothing is
     /// covered, or w descends.
     pub fn new(frame: LightFrame, columns: FragmentColumns<T>) -> Result<Self> {
-        let refuse = |pixel, reason| Err(Error::Pixel { pixel, reason });
-        let FragmentColumns { offsets, w, gradients, opacities, coverage } = &columns;
-        let [width, height] = frame.size();
-        let pixels = u64::from(width) * u64::from(height);
-        if offsets.len() as u64 != pixels + 1 || offsets[0] != 0 {
-            return refuse(0, "there must be one list a pixel");
-        }
-        let lengths = [gradients[0].len(), gradients[1].len(), opacities.len(), coverage.len()];
-        if lengths.iter().any(|&length| length != w.len()) {
-            return refuse(0, "the columns' lengths differ");
-        }
-        let in_range = |opacity: T| {
-            let mut channels = (0..T::CHANNELS).map(|channel| opacity.channel(channel));
-            channels.all(|value| (0.0..=1.0).contains(&value)) && opacity != T::splat(0.0)
-        };
-        for (pixel, ends) in offsets.windows(2).enumerate() {
-            let (start, end) = (ends[0] as usize, ends[1] as usize);
-            if start > end || end > w.len() {
-                return refuse(pixel, "its list ends before it begins, or beyond the columns");
-            }
-            for at in start..end {
-                let numbers = [w[at], gradients[0][at], gradients[1][at]];
-                if !numbers.iter().all(|number| number.is_finite()) {
-                    return refuse(pixel, "a fragment's plane is not finite");
-                }
-                if !in_range(opacities[at]) || coverage[at] == 0 {
-                    return refuse(pixel, "a fragment takes nothing away, or too much");
-                }
-                if at > start && w[at - 1] > w[at] {
-                    return refuse(pixel, "its fragments are not sorted");
-                }
-            }
-        }
-        if offsets[offsets.len() - 1] as usize != w.len() {
-            return refuse(offsets.len().saturating_sub(2), "fragments of no pixel");
-        }
+        columns.check(frame.size())?;
         Ok(Self { frame, columns })
     }
 
@@ -151,13 +169,7 @@ impl<T: Transmittance> FragmentMap<T> {
     /// If there is none.
     #[must_use]
     pub fn fragment(&self, index: usize) -> Fragment<T> {
-        let FragmentColumns { w, gradients, opacities, coverage, .. } = &self.columns;
-        Fragment {
-            w: w[index],
-            gradient: [gradients[0][index], gradients[1][index]],
-            opacity: opacities[index],
-            coverage: coverage[index],
-        }
+        self.columns.fragment(index)
     }
 
     /// Where the fragments of pixel (`x`, `y`) are in the columns; nowhere

@@ -234,6 +234,12 @@ impl<'a, T: Transmittance> FragmentTracer<'a, T> {
         Self { level, ..self }
     }
 
+    /// The map.
+    #[must_use]
+    pub const fn map(&self) -> &'a FragmentMap<T> {
+        self.map
+    }
+
     /// What was asked so far, but for what [`Self::for_light`] tried.
     #[must_use]
     pub fn statistics(&self) -> TraceStatistics {

@@ -77,6 +77,7 @@ pub use shadow_ray::{RayClip, ShadowRay};
 pub use soft_pcf::{FilteredLayers, SoftPercentageCloser};
 pub use store::LayeredKind;
 pub use store::bake::{LayeredReport, bake_layers, bake_mtsm};
+pub use store::fragments::bake_fragments;
 pub use store::reader::LayeredReader;
 pub use store::summary::LayeredSummary;
 pub use trace_statistics::TraceStatistics;

@@ -10,7 +10,7 @@ use dsm_io::{
 
 use super::tile::StoredTile;
 use super::{LayeredKeys, LayeredKind};
-use crate::{BakedLayers, DepthLayers, LayeredInfo, LayeredPixels, Layering, MultilayerBaker};
+use crate::{BakedLayers, DepthLayers, LayeredInfo, LayeredPixels, MultilayerBaker};
 
 /// What a bake into a file made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,27 +24,27 @@ pub struct LayeredReport {
 }
 
 /// Writes a layered map tile by tile, as [`dsm_io::MapWriter`] a deep one.
-struct LayeredWriter {
-    container: ContainerWriter,
+pub(super) struct LayeredWriter {
+    pub(super) container: ContainerWriter,
     json: Vec<u8>,
 }
 
 impl LayeredWriter {
-    fn create(
+    pub(super) fn create(
         path: &Path,
         kind: LayeredKind,
         metadata: &Metadata,
-        layering: Layering,
+        keys: LayeredKeys,
         tile_size: u32,
     ) -> Result<Self> {
-        let json = metadata.to_json_of(kind.name(), LayeredKeys { layering })?;
+        let json = metadata.to_json_of(kind.name(), keys)?;
         let tolerance = metadata.info.tolerance.epsilon();
         let mut container = ContainerWriter::create(path)?;
         container.add_level(Level::new(metadata.width, metadata.height, tile_size, tolerance))?;
         Ok(Self { container, json })
     }
 
-    fn finish(self) -> Result<u64> {
+    pub(super) fn finish(self) -> Result<u64> {
         self.container.finish(&self.json)
     }
 }
@@ -141,8 +141,8 @@ impl OpenBake {
         // 1 or 3.
         let mut metadata = Metadata::new(width, height, P::CHANNELS as u8, info.map);
         describe(&mut metadata);
-        let writer =
-            LayeredWriter::create(output, P::KIND, &metadata, info.layering, settings.tile_size)?;
+        let keys = LayeredKeys { layering: info.layering, coverage: None };
+        let writer = LayeredWriter::create(output, P::KIND, &metadata, keys, settings.tile_size)?;
         Ok(Self { writer, report: LayeredReport { hits: 0, cut_pixels: 0, bytes: 0 } })
     }
 

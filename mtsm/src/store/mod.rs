@@ -2,6 +2,7 @@
 //! and `layers`, as `docs/format/dsm-1.md`, section 13, defines them.
 
 pub(crate) mod bake;
+pub(crate) mod fragments;
 pub(crate) mod reader;
 pub(crate) mod summary;
 mod tile;
@@ -16,8 +17,10 @@ use crate::Layering;
 pub enum LayeredKind {
     /// Runs of layers with counts: a [`MultilayerMap`].
     Mtsm,
-    /// Depths and opacities: a [`MultilayerDepthMap`].
+    /// Depths and opacities: a [`MultilayerDepthMap`](crate::MultilayerDepthMap).
     Layers,
+    /// Planes with coverage masks: a [`FragmentMap`](crate::FragmentMap).
+    Fragments,
 }
 
 impl LayeredKind {
@@ -26,11 +29,11 @@ impl LayeredKind {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Mtsm => "mtsm",
-            Self::Layers => "layers",
+            Self::Layers | Self::Fragments => "layers",
         }
     }
 
-    /// The kind of this name.
+    /// The kind of this name; "layers" is [`Self::Layers`].
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         [Self::Mtsm, Self::Layers].into_iter().find(|kind| kind.name() == name)
@@ -41,4 +44,7 @@ impl LayeredKind {
 #[derive(Serialize, Deserialize)]
 struct LayeredKeys {
     layering: Layering,
+    /// Places along a side of a pixel, of maps of fragments.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    coverage: Option<u32>,
 }

@@ -5,13 +5,14 @@ use std::path::Path;
 use dsm_core::{Rgb, SurfaceHit, Transmittance};
 use dsm_io::{ColumnReader, Container, Error, Limits, Metadata, Place, Result, TileId};
 
+use super::fragments::{FragmentPixels, FragmentTile};
 use super::summary::LayeredSummary;
 use super::tile::StoredTile;
 use super::{LayeredKeys, LayeredKind};
 use crate::row_order::RowOrder;
 use crate::{
-    DepthLayers, Layer, LayeredInfo, LayeredPixels, LayeredPixelsBuilder, Layering,
-    MultilayerDepthMap, MultilayerMap,
+    DepthLayers, Fragment, FragmentMap, Layer, LayeredInfo, LayeredPixels, LayeredPixelsBuilder,
+    Layering, LightFrame, MultilayerDepthMap, MultilayerMap,
 };
 
 /// An open layered map.
@@ -66,12 +67,17 @@ impl LayeredReader {
         };
         let json = container.metadata()?;
         let metadata = Metadata::from_json_of_any_kind(json)?;
-        let LayeredKeys { layering } =
+        let LayeredKeys { layering, coverage } =
             serde_json::from_slice(json).map_err(|error| Error::Metadata(error.to_string()))?;
         if layering.max_layers == 0 || !(0.0..f32::INFINITY).contains(&layering.light_depth) {
             let reason = "a map allows at least one layer, and its light's depth is finite and ≥ 0";
             return Err(Error::Metadata(reason.to_owned()));
         }
+        let kind = match (kind, coverage) {
+            (LayeredKind::Layers, Some(1 | 2 | 4 | 8)) => LayeredKind::Fragments,
+            (kind, None) => kind,
+            _ => return Err(Error::Metadata("such a map has no such coverage".to_owned())),
+        };
         let level = container.level(0)?;
         let refuse =
             |reason: &'static str| Error::Invalid { place: Place::Level(0), reason: reason.into() };
@@ -131,6 +137,7 @@ impl LayeredReader {
             let wanted = match P::KIND {
                 LayeredKind::Mtsm => "a multilayer transparent shadow map",
                 LayeredKind::Layers => "a multilayer depth map",
+                LayeredKind::Fragments => "a map of fragments",
             };
             return Err(Error::Kind { found: self.kind.name().to_owned(), wanted });
         }
@@ -201,6 +208,26 @@ impl LayeredReader {
         Ok(MultilayerDepthMap::new(self.info(), pixels))
     }
 
+    /// Reads a whole map of fragments into memory. O(fragments).
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::multilayer_map`].
+    pub fn fragment_map<T: Transmittance>(&self) -> Result<FragmentMap<T>> {
+        let mut pixels = FragmentPixels::new();
+        let mut rows = RowOrder::new(self.tile_columns());
+        let read = self.for_each_tile(|tile: FragmentTile<T>| {
+            Ok(rows.push(tile, |tile, pixel| pixels.push(tile.fragments(pixel)))?)
+        });
+        let camera = self.metadata.info.camera.unwrap_or_default();
+        let size = [self.metadata.width, self.metadata.height];
+        let map = read.and_then(|()| {
+            let frame = LightFrame::new(&camera, size, self.layering.light_depth.into())?;
+            Ok(FragmentMap::new(frame, pixels.0)?)
+        });
+        self.in_file(map)
+    }
+
     /// What is in the way of one pixel: its runs of layers (depth, visibility,
     /// count), or of a map without runs one of depths, light left and counts
     /// of 1. Reads one tile.
@@ -232,6 +259,18 @@ impl LayeredReader {
                 let run: Vec<_> = tile.layers(pixel).map(layer).collect();
                 if run.is_empty() { Vec::new() } else { vec![run] }
             }),
+            LayeredKind::Fragments => self.read_tile::<FragmentTile<T>>(id).map(|tile| {
+                let mut left = T::CLEAR;
+                // The nearest first.
+                let layer = |fragment: Fragment<T>| {
+                    left = T::from_channels(|channel| {
+                        left.channel(channel) * (1.0 - fragment.opacity.channel(channel))
+                    });
+                    Layer { depth: fragment.w.recip(), visibility: left, count: 1 }
+                };
+                let run: Vec<_> = tile.fragments(pixel).rev().map(layer).collect();
+                if run.is_empty() { Vec::new() } else { vec![run] }
+            }),
         };
         self.in_file(runs)
     }
@@ -247,6 +286,8 @@ impl LayeredReader {
             (LayeredKind::Mtsm, _) => self.sum_runs::<Rgb>(),
             (LayeredKind::Layers, 1) => self.sum_layers::<f32>(),
             (LayeredKind::Layers, _) => self.sum_layers::<Rgb>(),
+            (LayeredKind::Fragments, 1) => self.sum_fragments::<f32>(),
+            (LayeredKind::Fragments, _) => self.sum_fragments::<Rgb>(),
         };
         self.in_file(summary)
     }
@@ -277,6 +318,19 @@ impl LayeredReader {
         Ok(summary)
     }
 
+    fn sum_fragments<T: Transmittance>(&self) -> Result<LayeredSummary> {
+        let mut summary = LayeredSummary::default();
+        self.for_each_tile(|tile: FragmentTile<T>| {
+            for pair in tile.columns.offsets.windows(2) {
+                let layers = u64::from(pair[1] - pair[0]);
+                summary.add(layers.min(1), layers);
+            }
+            summary.samples += tile.columns.w.len() as u64;
+            Ok(())
+        })?;
+        Ok(summary)
+    }
+
     /// Looks for everything that can be wrong with the file, as
     /// [`dsm_io::MapReader::verify`] does.
     #[must_use]
@@ -287,6 +341,8 @@ impl LayeredReader {
             (LayeredKind::Mtsm, _) => self.read_tile::<LayeredPixels<Rgb>>(id).map(drop),
             (LayeredKind::Layers, 1) => self.read_tile::<DepthLayers<f32>>(id).map(drop),
             (LayeredKind::Layers, _) => self.read_tile::<DepthLayers<Rgb>>(id).map(drop),
+            (LayeredKind::Fragments, 1) => self.read_tile::<FragmentTile<f32>>(id).map(drop),
+            (LayeredKind::Fragments, _) => self.read_tile::<FragmentTile<Rgb>>(id).map(drop),
         })
     }
 }

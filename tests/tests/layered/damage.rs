@@ -16,7 +16,7 @@ fn problems(bytes: Vec<u8>) -> Vec<String> {
 
 fn every_kind() -> Vec<Vec<u8>> {
     let mut files = Vec::new();
-    for kind in [LayeredKind::Mtsm, LayeredKind::Layers] {
+    for kind in [LayeredKind::Mtsm, LayeredKind::Layers, LayeredKind::Fragments] {
         for block in [Block::Plain, Block::Zstd] {
             files.push(file::<f32>(kind, block));
             files.push(file::<Rgb>(kind, block));
@@ -67,6 +67,7 @@ fn any_word_of_a_payload_may_be_anything() {
                     drop(reader.pixel_runs::<f32>([0, 0]));
                     drop(reader.multilayer_map::<Rgb>());
                     drop(reader.multilayer_depth_map::<f32>());
+                    drop(reader.fragment_map::<f32>());
                 }
             }
         }
@@ -135,6 +136,20 @@ fn what_breaks_a_rule_is_named() {
             let longer = f.u64(at) + 4;
             f.put(at, longer.to_le_bytes());
         }
+    });
+    let fragments = file::<f32>(LayeredKind::Fragments, Block::Plain);
+    signed(&fragments, "takes nothing away", |f| {
+        let [low, high] = [last(f) - 4 * count(f), last(f)];
+        f.put(low, [0; 4]);
+        f.put(high, [0; 4]);
+    });
+    signed(&fragments, "plane is not finite", |f| {
+        let at = last(f) - 4 * 5 * count(f);
+        f.put(at, f32::NAN.to_le_bytes());
+    });
+    signed(&fragments, "no such coverage", |f| f.replace("\"coverage\":2", "\"coverage\":3"));
+    signed(&fragments, "more layers than the map allows", |f| {
+        f.replace("\"max_layers\":32", "\"max_layers\": 1");
     });
     signed(&layers, "more layers than the map allows", |f| {
         f.replace("\"max_layers\":32", "\"max_layers\": 1");

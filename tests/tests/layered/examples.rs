@@ -2,10 +2,12 @@
 
 use std::ops::ControlFlow;
 
-use dsm_core::{Error, RayHits, RaySource, SamplePoint, SurfaceHit, Transmittance};
+use dsm_core::{Error, RayHits, RaySource, SamplePoint, ShadowCamera, SurfaceHit, Transmittance};
 use dsm_io::{Block, Container, Limits, Memory};
+use glam::{Mat4, Vec4};
 use mtsm::{
-    LayeredKind, LayeredReader, MultilayerBaker, MultilayerSettings, bake_layers, bake_mtsm,
+    FragmentBuilder, FragmentMap, LayeredKind, LayeredReader, MultilayerBaker, MultilayerSettings,
+    bake_fragments, bake_layers, bake_mtsm,
 };
 
 pub(crate) type Ray<T> = fn(SamplePoint, &mut RayHits<T>) -> Result<(), Error>;
@@ -31,12 +33,38 @@ fn ray<T: Transmittance>(point: SamplePoint, ray: &mut RayHits<T>) -> Result<(),
     Ok(())
 }
 
+/// The sheets alone: fragments are surfaces.
+fn sheets<T: Transmittance>(point: SamplePoint, hits: &mut RayHits<T>) -> Result<(), Error> {
+    let mut all = RayHits::default();
+    ray(point, &mut all)?;
+    all.surfaces().iter().try_for_each(|&surface| hits.push_surface(surface))
+}
+
 pub(crate) fn baker<T: Transmittance>() -> MultilayerBaker<T, RaySource<Ray<T>>> {
     let mut settings = MultilayerSettings::new([6, 5]).unwrap();
     settings.bake.tile_size = 4;
     settings.light_depth = 0.25;
     let source: RaySource<Ray<T>> = RaySource(ray::<T>);
     MultilayerBaker::new(source, settings).unwrap()
+}
+
+/// At the origin, looking down −z, 90 degrees wide.
+pub(crate) fn fragments() -> FragmentBuilder {
+    let to_ndc = Mat4::from_cols(
+        Vec4::new(0.5, 0.0, 0.0, 0.0),
+        Vec4::new(0.0, -0.5, 0.0, 0.0),
+        Vec4::new(-0.5, -0.5, -1.0, -1.0),
+        Vec4::ZERO,
+    );
+    let camera = ShadowCamera { world_to_camera: Some(Mat4::IDENTITY), world_to_ndc: Some(to_ndc) };
+    let builder = FragmentBuilder::new(camera, [6, 5], 0.25).unwrap();
+    builder.with_coverage(2).unwrap().with_layers(32).unwrap()
+}
+
+/// The fragments of the same sheets.
+pub(crate) fn fragment_map<T: Transmittance>() -> FragmentMap<T> {
+    let source: RaySource<Ray<T>> = RaySource(sheets::<T>);
+    fragments().build(&source).unwrap()
 }
 
 /// The file of a map.
@@ -47,7 +75,12 @@ pub(crate) fn file<T: Transmittance>(kind: LayeredKind, block: Block) -> Vec<u8>
     let watch = |_| ControlFlow::Continue(());
     let bytes = match kind {
         LayeredKind::Mtsm => bake_mtsm(&baker, &path, block, |_| {}, watch).unwrap().bytes,
-        _ => bake_layers(&baker, &path, block, |_| {}, watch).unwrap().bytes,
+        LayeredKind::Layers => bake_layers(&baker, &path, block, |_| {}, watch).unwrap().bytes,
+        _ => {
+            let source: RaySource<Ray<T>> = RaySource(sheets::<T>);
+            let tiles = (4, block);
+            bake_fragments::<T, _>(&fragments(), &source, &path, tiles, |_| {}).unwrap().bytes
+        }
     };
     let file = std::fs::read(&path).unwrap();
     assert_eq!(file.len() as u64, bytes);

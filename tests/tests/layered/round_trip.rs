@@ -6,7 +6,7 @@ use dsm_core::{Rgb, Transmittance};
 use dsm_io::{Block, Error, Limits, MapReader};
 use mtsm::{LayeredKind, bake_mtsm};
 
-use crate::examples::{baker, file, open};
+use crate::examples::{baker, file, fragment_map, open};
 
 const BLOCKS: [Block; 2] = [Block::Plain, Block::Zstd];
 
@@ -38,6 +38,26 @@ fn check<T: Transmittance>() {
         assert!(reader.pixel_runs::<T>([6, 0]).is_err());
         assert!(matches!(reader.multilayer_map::<T>(), Err(Error::Kind { .. })));
     }
+}
+
+fn check_fragments<T: Transmittance>() {
+    let map = fragment_map::<T>();
+    assert!(map.len() > 30);
+    for block in BLOCKS {
+        let reader = open(file::<T>(LayeredKind::Fragments, block)).unwrap();
+        assert_eq!(reader.kind(), LayeredKind::Fragments);
+        assert_eq!(reader.fragment_map::<T>().unwrap(), map);
+        assert!(reader.verify().is_empty());
+        assert_eq!(reader.summary().unwrap().layers, map.len() as u64);
+        assert_eq!(reader.pixel_runs::<T>([1, 0]).unwrap().len(), 1);
+        assert!(matches!(reader.multilayer_depth_map::<T>(), Err(Error::Kind { .. })));
+    }
+}
+
+#[test]
+fn fragments_come_back() {
+    check_fragments::<f32>();
+    check_fragments::<Rgb>();
 }
 
 #[test]
