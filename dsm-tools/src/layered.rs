@@ -7,8 +7,8 @@ use anyhow::{Context, Result, bail};
 use dsm_core::{LightExtent, LightShape, LightVisibility, Transmittance};
 use dsm_io::{Container, Limits};
 use mtsm::{
-    FilteredLayers, LayeredKind, LayeredReader, MultilayerTracer, SoftPercentageCloser,
-    TraceSettings, TraceStatistics, TracedMap,
+    FilteredLayers, FragmentTracer, LayeredKind, LayeredReader, MultilayerTracer,
+    SoftPercentageCloser, TraceSettings, TraceStatistics, TracedMap,
 };
 
 /// The layered map in a file; none if it is of another kind.
@@ -68,6 +68,16 @@ impl<M: TracedMap> AreaShadow for MultilayerTracer<'_, M> {
     }
 }
 
+impl<T: Transmittance> AreaShadow for FragmentTracer<'_, T> {
+    fn frame(&self) -> &mtsm::LightFrame {
+        self.map().frame()
+    }
+
+    fn statistics(&self) -> TraceStatistics {
+        self.statistics()
+    }
+}
+
 impl<M: TracedMap> AreaShadow for SoftPercentageCloser<'_, M> {
     fn frame(&self) -> &mtsm::LightFrame {
         self.frame()
@@ -101,6 +111,17 @@ fn with_channels<T: Transmittance, V: AreaVisitor>(
         LayeredKind::Mtsm => with_map(&reader.multilayer_map::<T>()?, method, visitor, &path),
         LayeredKind::Layers => {
             with_map(&reader.multilayer_depth_map::<T>()?, method, visitor, &path)
+        }
+        LayeredKind::Fragments => {
+            let AreaMethod::Trace { rays, start } = method else {
+                bail!("{path}: fragments are traced; --coverage 1 makes layers to filter");
+            };
+            let map = reader.fragment_map::<T>()?;
+            let tracer = FragmentTracer::new(&map).with_context(|| path.clone())?.with_rays(rays);
+            visitor.visit(&match start {
+                Some(start) => tracer.with_start(start, start),
+                None => tracer,
+            })
         }
         _ => bail!("{path}: maps of kind {} cannot be traced", reader.kind().name()),
     }

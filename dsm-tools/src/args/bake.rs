@@ -48,6 +48,11 @@ pub(crate) struct BakeFlags {
     #[arg(long, value_name = "K")]
     #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(1..=1 << 20))]
     layers: Option<u32>,
+    /// Places along a side of a pixel that are looked at, of kind layers: its
+    /// layers are pieces of planes with masks; of 1: hits at pixel centres
+    /// [default: 8]
+    #[arg(long, value_name = "1|2|4|8", value_parser = coverage)]
+    coverage: Option<u32>,
     /// How often the light left in a pixel is set to 1 again after it has come
     /// to 0, of kind mtsm [default: 4]
     #[arg(long, value_name = "R")]
@@ -89,7 +94,8 @@ pub(crate) struct BakeFlags {
 enum KindName {
     /// Deep shadow maps
     Deep,
-    /// Multilayer depth maps: the first hits of every pixel, with opacity
+    /// Maps of layers: pieces of planes with coverage masks, or the first hits of
+    /// every pixel
     Layers,
     /// Multilayer transparent shadow maps: runs of compressed layers with counts
     Mtsm,
@@ -131,6 +137,16 @@ pub(crate) struct LayersRequest {
     pub(crate) kind: LayeredKind,
     pub(crate) max_layers: u32,
     pub(crate) resets: u32,
+    /// Places along a side of a pixel, of fragments.
+    pub(crate) coverage: u32,
+}
+
+/// 1, 2, 4 or 8.
+fn coverage(text: &str) -> Result<u32, String> {
+    match text.parse() {
+        Ok(side @ (1 | 2 | 4 | 8)) => Ok(side),
+        _ => Err("must be 1, 2, 4 or 8".to_owned()),
+    }
 }
 
 impl BakeFlags {
@@ -140,6 +156,9 @@ impl BakeFlags {
         let kind = match self.kind {
             KindName::Deep if self.layers.is_some() => return refuse("--layers", "layers or mtsm"),
             KindName::Deep if self.resets.is_some() => return refuse("--resets", "mtsm"),
+            KindName::Deep | KindName::Mtsm if self.coverage.is_some() => {
+                return refuse("--coverage", "layers");
+            }
             KindName::Deep => return Ok(None),
             _ if self.mip => return refuse("--mip", "deep"),
             _ if self.crop.is_some() => return refuse("--crop", "deep"),
@@ -153,12 +172,14 @@ impl BakeFlags {
             KindName::Layers if self.samples.is_some_and(|samples| samples != 1) => {
                 return Err("a map of kind layers has one sample a pixel".to_owned());
             }
-            KindName::Layers => LayeredKind::Layers,
+            KindName::Layers if self.coverage == Some(1) => LayeredKind::Layers,
+            KindName::Layers => LayeredKind::Fragments,
             KindName::Mtsm => LayeredKind::Mtsm,
         };
         let max_layers = self.layers.unwrap_or(MultilayerSettings::MAX_LAYERS);
         let resets = self.resets.unwrap_or(MultilayerSettings::RESETS);
-        Ok(Some(LayersRequest { kind, max_layers, resets }))
+        let coverage = self.coverage.unwrap_or(8);
+        Ok(Some(LayersRequest { kind, max_layers, resets, coverage }))
     }
 }
 

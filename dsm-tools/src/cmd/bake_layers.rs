@@ -7,8 +7,8 @@ use dsm_core::{BakeSettings, Rgb, Transmittance};
 use dsm_io::{BakeReport, Metadata};
 use dsm_scene::SceneRasterizer;
 use mtsm::{
-    LayeredKind, LayeredReport, LightFrame, MultilayerBaker, MultilayerSettings, bake_layers,
-    bake_mtsm,
+    FragmentBuilder, LayeredKind, LayeredReport, LightFrame, MultilayerBaker, MultilayerSettings,
+    bake_fragments, bake_layers, bake_mtsm,
 };
 
 use super::bake::{BakeJob, Watch};
@@ -34,7 +34,8 @@ impl LayersJob<'_> {
     }
 
     fn bake<T: Transmittance>(&self, output: &Path) -> Result<LayeredReport> {
-        let Self { job, layers: LayersRequest { kind, max_layers, resets } } = *self;
+        let Self { job, layers } = *self;
+        let LayersRequest { kind, max_layers, resets, coverage } = layers;
         let raster = job.scene.light.raster(job.settings.size)?;
         if !raster.is_perspective() {
             bail!("rays of an area light need a light with a perspective projection");
@@ -44,13 +45,22 @@ impl LayersJob<'_> {
         let light_depth = LightFrame::push_back(light, raster.half_size().to_array()) as f32;
         let raster = raster.moved_back(light_depth.into());
         let source = SceneRasterizer::<T>::new(job.scene, raster)?;
+        let block = job.options.block;
+        let describe = |metadata: &mut Metadata| job.describe(light, metadata);
+        if kind == LayeredKind::Fragments {
+            let size = job.settings.size;
+            let builder = FragmentBuilder::new(raster.shadow_camera(), size, light_depth.into())?
+                .with_coverage(coverage)?
+                .with_layers(max_layers)?;
+            let tiles = (job.settings.tile_size, block);
+            let baked = bake_fragments::<T, _>(&builder, &source, output, tiles, describe);
+            return baked.with_context(|| format!("baking {}", job.name));
+        }
         let camera = Some(raster.shadow_camera());
         let bake = BakeSettings { camera, ..job.settings.clone() };
         let settings = MultilayerSettings { bake, resets, max_layers, light_depth };
         let baker = MultilayerBaker::<T, _>::new(source, settings)?;
         let watch = Watch::start(job, baker.settings().bake.tile_count())?;
-        let describe = |metadata: &mut Metadata| job.describe(light, metadata);
-        let block = job.options.block;
         let at = |progress| watch.at(progress);
         let done = match kind {
             LayeredKind::Mtsm => bake_mtsm(&baker, output, block, describe, at),

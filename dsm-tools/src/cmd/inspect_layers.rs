@@ -34,6 +34,7 @@ fn inspect<T: Transmittance>(
             }
             MinMaxPyramid::of_depths(size, 0.0, |pixel| map.pixels().depth_range(pixel))
         }
+        LayeredKind::Fragments => reader.fragment_map::<T>()?.pyramid(),
         _ => {
             let map = reader.multilayer_depth_map::<T>()?;
             MinMaxPyramid::of_depths(size, 0.0, |pixel| map.pixels().depth_range(pixel))

@@ -149,16 +149,18 @@ impl AreaVisitor for AnswerArea<'_> {
         let seed = request.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
         let open_s = start.elapsed().as_secs_f64();
         let (points, time) = answer_all(request, |first, points| {
-            let answer = |(number, point): (u64, &[f64; 3])| {
+            let shaded = |(number, point): (u64, &[f64; 3])| {
                 let [x, y, z] = *point;
                 let position = match request.space {
                     Space::World => DVec3::new(x, y, z),
                     Space::Raster => shadow.frame().unproject(x, y, z),
                 };
-                shadow.visibility(position, &light, seed.wrapping_add(number))
+                ShadedPoint { position, facing: Facing::Light, seed: seed.wrapping_add(number) }
             };
-            let lights = (first..).zip(points).map(answer).collect::<Result<Vec<_>, _>>();
-            lights.map_err(|never| match never {})
+            let points: Vec<_> = (first..).zip(points).map(shaded).collect();
+            let mut lights = Vec::with_capacity(points.len());
+            let done = shadow.visibilities(&points, &light, &mut lights);
+            done.map(|()| lights).map_err(|never| match never {})
         })?;
         print_statistics(request, points, time, open_s, Some(shadow.statistics()))
     }

@@ -248,6 +248,7 @@ impl RenderJob<'_> {
             kind: LayeredKind::Mtsm,
             max_layers: settings.max_layers,
             resets: settings.resets,
+            coverage: 1,
         };
         let name = self.request.scene.to_string_lossy();
         let job = self.bake_job(&name, settings.bake, None);

@@ -53,9 +53,13 @@ fn lights(answer: &str) -> Vec<f64> {
 fn layered_maps_are_baked_traced_and_filtered() {
     let folder = Folder::new();
     let (scene, points) = (scene(&folder, "0.75"), points(&folder));
-    for kind in ["mtsm", "layers"] {
+    for (kind, more) in [("mtsm", ""), ("layers", "--coverage=1")] {
         let map = folder.path(&format!("{kind}.dsm"));
-        let told = run!("bake", scene, "-o", map, "--kind", kind, "--resolution", "96").stdout();
+        let kinds = ["--kind", kind, more];
+        let kinds = if kind == "mtsm" { &kinds[..2] } else { &kinds };
+        let base = ["bake", scene.to_str().unwrap(), "-o", map.to_str().unwrap()];
+        let base = base.into_iter().chain(["--resolution", "96"]);
+        let told = crate::run::run(base.chain(kinds.iter().copied())).stdout();
         assert!(told.contains("9216 samples met"), "{told}");
         run!("verify", map).stdout();
         let traced = run!("lookup", map, "--points", points, "--rays", "64").stdout();
@@ -82,6 +86,39 @@ fn layered_maps_are_baked_traced_and_filtered() {
     assert!((0.5..0.75).contains(&lights(&soft)[0]), "{soft}");
     let hard = run!("lookup", map, "--points", edge, "--light-size", "0", bias[0], bias[1]);
     assert!([0.25, 1.0].contains(&lights(&hard.stdout())[0]));
+}
+
+#[test]
+fn fragments_are_what_layers_are_unless_asked_otherwise() {
+    let folder = Folder::new();
+    let (scene, points, map) = (scene(&folder, "0.75"), points(&folder), folder.path("f.dsm"));
+    run!("bake", scene, "-o", map, "--kind", "layers", "--resolution", "64", "--quiet").stdout();
+    run!("verify", map).stdout();
+    let traced = run!("lookup", map, "--points", points, "--rays", "64").stdout();
+    assert_eq!(lights(&traced), [0.25, 1.0, 0.0, 1.0, 1.0]);
+    let told = run!("inspect", map, "--json", "--pixel", "32,32").json();
+    assert_eq!((&told["kind"], &told["samples"]), (&json!("layers"), &json!(64)));
+    assert_eq!(told["runs"][0].as_array().unwrap().len(), 2);
+    let image = folder.path("i.png");
+    run!(
+        "render",
+        scene,
+        "-o",
+        image,
+        "--method",
+        "trace",
+        "--map",
+        map,
+        "--samples",
+        "1",
+        "--quiet"
+    )
+    .stdout();
+    let refused = run!("lookup", map, "--points", points, "--method", "pcf");
+    assert!(refused.refusal().contains("fragments are traced"));
+    run!("bake", scene, "-o", map, "--kind", "mtsm", "--coverage", "8")
+        .is_wrong_usage("--coverage is for maps of kind layers");
+    run!("bake", scene, "-o", map, "--kind", "layers", "--coverage", "3").is_wrong_usage("1, 2, 4");
 }
 
 #[test]
