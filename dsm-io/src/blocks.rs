@@ -87,6 +87,14 @@ pub(crate) fn stated_error(map: &MapReader, index: u32, rect: TileRect) -> Resul
     Ok(AchievedError::of_parts(parts))
 }
 
+/// How far depths of a level were moved away from the light in a rectangle at
+/// most, as its directory states.
+pub(crate) fn stated_depth_error(map: &MapReader, index: u32, rect: TileRect) -> Result<f32> {
+    let (level, directory) = (map.container().level(index)?, map.directory(index)?);
+    let entries = tiles_of(index, level, rect).filter_map(|id| directory.get(id.x, id.y));
+    Ok(entries.map(|entry| entry.depth_error).fold(0.0, f32::max))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

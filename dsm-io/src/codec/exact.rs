@@ -118,9 +118,6 @@ pub(crate) fn decode<'a, T: Transmittance>(
     if depth_range(pixels) != [entry.z_min, entry.z_max] {
         return Err(refuse("its depths are not the range that its directory entry states"));
     }
-    if entry.depth_error != 0.0 {
-        return Err(refuse("exact depths are stated to have an error"));
-    }
     Ok(tile)
 }
 

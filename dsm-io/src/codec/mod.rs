@@ -152,6 +152,16 @@ impl EncodedTile {
         }
     }
 
+    /// The same tile of functions whose depths were moved away from the light
+    /// by up to `depth_error` before.
+    #[must_use]
+    pub(crate) fn with_depth_error(mut self, depth_error: f32) -> Self {
+        if self.vertex_count > 0 {
+            self.depth_error = self.depth_error.max(depth_error);
+        }
+        self
+    }
+
     /// What the directory says of the tile, wherever it will stand.
     pub(crate) fn entry(&self) -> TileEntry {
         TileEntry {

@@ -8,8 +8,10 @@ use glam::Mat4;
 
 use super::ImportReport;
 use super::rows::SourceRows;
+use crate::blocks::stated_depth_error;
 use crate::deep_exr::{AlphaChannels, DeepExrHeader, DeepExrReader};
 use crate::error::check_limit;
+use crate::format::tile_id::TileRect;
 use crate::region::Region;
 use crate::{AchievedError, Attribute, Error, Limits, MapReader, Metadata, Result};
 
@@ -84,6 +86,19 @@ impl MapSource {
         match self {
             Self::Map(map) => map.levels()[0].error,
             Self::Image(_) => AchievedError::NONE,
+        }
+    }
+
+    /// How far the depths of these rows were moved away from the light at most,
+    /// as the source states.
+    pub(super) fn stated_depth_error(&self, rows: Range<u32>) -> Result<f32> {
+        match self {
+            Self::Map(map) => {
+                let (width, height) = (map.levels()[0].width, rows.len() as u32);
+                let rect = TileRect { x: 0, y: rows.start, width, height };
+                stated_depth_error(map, 0, rect)
+            }
+            Self::Image(_) => Ok(0.0),
         }
     }
 

@@ -56,12 +56,13 @@ pub fn convert(
         } else {
             band.compress::<Rgb>(source)
         }?;
+        let depth_error = source.stated_depth_error(rows.clone())?;
         for tile in tiles {
             let achieved = AchievedError {
                 max: (inherited.max + tile.achieved.max).min(1.0),
                 mean: (inherited.mean + tile.achieved.mean).min(1.0),
             };
-            writer.write_encoded(tile.id, &tile.encoded, achieved)?;
+            writer.write_encoded(tile.id, &tile.encoded.with_depth_error(depth_error), achieved)?;
             report += tile.report;
         }
         progress(rows.end);

@@ -6,7 +6,9 @@ use dsm_core::{Rgb, Tolerance, Transmittance, VisibilityProduct};
 use rayon::prelude::*;
 
 use super::{MergeReport, refuse};
-use crate::blocks::{BLOCKS_A_THREAD, Blocks, is_empty, stated_error, tiles_of};
+use crate::blocks::{
+    BLOCKS_A_THREAD, Blocks, is_empty, stated_depth_error, stated_error, tiles_of,
+};
 use crate::codec::{Block, Codec, EncodedTile};
 use crate::format::level::Level;
 use crate::format::tile_id::TileRect;
@@ -142,9 +144,10 @@ impl Product<'_> {
             .into_par_iter()
             .map(|id| {
                 let rect = self.level.tile_rect(id.x, id.y).ok_or(Error::NoSuchTile(id))?;
-                let (encoded, own) = self.tile(&regions, rect)?;
+                let (mut encoded, own) = self.tile(&regions, rect)?;
                 let mut achieved = own;
                 for map in self.maps {
+                    encoded = encoded.with_depth_error(stated_depth_error(map, 0, rect)?);
                     let stated = stated_error(map, 0, rect)?;
                     achieved.max += stated.max;
                     achieved.mean += stated.mean;

@@ -63,7 +63,8 @@ pub fn build_pyramid<T: Transmittance, S: PyramidSource<T>>(
     let pending = (0..=plan.top()).map(|_| Vec::new()).collect();
     let open = OpenTiles::new(plan.pyramid.level_count());
     let averager = Averager::default();
-    Builder { plan, source, writer, open, pending, averager }.run(traversal, progress)
+    let depth_error = source.depth_error();
+    Builder { plan, source, writer, open, pending, averager, depth_error }.run(traversal, progress)
 }
 
 /// A pyramid while it is built.
@@ -75,6 +76,8 @@ struct Builder<'a, T: Transmittance, S> {
     /// Copies of the nodes of each height whose parents have not come.
     pending: Vec<Vec<Copies<T>>>,
     averager: Averager<T>,
+    /// What coarse levels inherit of level 0's.
+    depth_error: f32,
 }
 
 /// A tile to write.
@@ -171,6 +174,7 @@ impl<T: Transmittance, S: PyramidSource<T>> Builder<'_, T, S> {
             })
             .collect::<Result<_>>()?;
         for (id, tile, error) in encoded {
+            let tile = if id.level > 0 { tile.with_depth_error(self.depth_error) } else { tile };
             self.writer.write_encoded(id, &tile, error)?;
         }
         Ok(())

@@ -56,6 +56,11 @@ pub trait PyramidSource<T: Transmittance>: Sync {
         false
     }
 
+    /// How far depths were moved away from the light in any tile at most.
+    fn depth_error(&self) -> f32 {
+        0.0
+    }
+
     /// The tile of level 0 with this id, which is inside the map.
     ///
     /// # Errors

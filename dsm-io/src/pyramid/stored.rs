@@ -7,6 +7,7 @@ use dsm_core::{Rgb, Transmittance};
 use super::build::build_pyramid;
 use super::plan::PyramidOptions;
 use super::source::{PyramidSource, SourceTile};
+use crate::format::directory::TileDirectory;
 use crate::{
     AchievedError, Block, Error, MapReader, MapWriter, Result, Tile, TileId, WriteOptions,
 };
@@ -91,6 +92,11 @@ impl<T: Transmittance> PyramidSource<T> for Stored<'_> {
     fn is_clear(&self, x: u32, y: u32) -> bool {
         let entry = self.0.directory(0).ok().and_then(|directory| directory.get(x, y));
         entry.is_none_or(|entry| entry.is_empty() && entry.error == AchievedError::NONE)
+    }
+
+    fn depth_error(&self) -> f32 {
+        let entries = self.0.directory(0).into_iter().flat_map(TileDirectory::iter);
+        entries.map(|(_, entry)| entry.depth_error).fold(0.0, f32::max)
     }
 
     fn tile(&self, id: TileId) -> Result<SourceTile<Tile<'_, T>>> {

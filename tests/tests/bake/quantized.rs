@@ -2,8 +2,11 @@
 
 use std::ops::ControlFlow;
 
-use dsm_core::{BakeSettings, Quantization, Rgb, Transmittance};
-use dsm_io::{BakeOptions, Codec, PyramidOptions, bake, mip};
+use dsm_core::{BakeSettings, Quantization, Rgb, Tolerance, Transmittance};
+use dsm_io::{
+    BakeOptions, Codec, ConvertOptions, MapReader, MapSource, PyramidOptions, bake, convert, merge,
+    mip,
+};
 
 use crate::support::{Stage, open};
 
@@ -39,6 +42,20 @@ fn check<T: Transmittance>(stage: &Stage) {
     assert_eq!(with_levels.levels().len(), 7);
     assert_eq!(with_levels.directory(0).unwrap().get(1, 1).unwrap().codec, 1);
     assert!(with_levels.read_map::<T>(0).unwrap().pixels() == map.pixels());
+
+    // Whatever is made of it inherits what its depths are off.
+    let moved = |map: &MapReader, level: u32| {
+        let entries = map.directory(level).unwrap().iter();
+        entries.map(|(_, entry)| entry.depth_error).fold(0.0, f32::max)
+    };
+    let most = moved(&reader, 0);
+    assert!((0..7).all(|level| moved(&with_levels, level) == most));
+    let [converted, merged] = ["converted", "merged"].map(|name| folder.path().join(name));
+    let options = ConvertOptions { tolerance: Tolerance::EXACT, ..ConvertOptions::default() };
+    convert(&mut MapSource::Map(Box::new(open(&rounded))), &converted, &options, |_| ()).unwrap();
+    assert_eq!(moved(&open(&converted), 0), most);
+    merge(&[open(&exact), open(&rounded)], &merged, None, |_, _| ()).unwrap();
+    assert_eq!(moved(&open(&merged), 0), most);
 }
 
 #[test]

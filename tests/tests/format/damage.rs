@@ -284,7 +284,7 @@ fn tiles(file: &[u8]) -> Vec<Defect> {
         signed("tile_error_above_tolerance", file, "more than the level's tolerance", |f| {
             f.put(f.tile_entry(0) + 40, 0.5_f32.to_le_bytes());
         }),
-        signed("tile_depth_error", file, "exact depths", entry(51, 0x3f)),
+        signed("tile_depth_error", file, "depths must be finite", entry(51, 0xbf)),
         signed("unknown_codec", file, "codec 200 is unknown", entry(56, 200)),
         signed("unknown_block", file, "block 200 is unknown", entry(57, 200)),
         signed("plain_differences", file, "stores words", entry(58, 1)),
