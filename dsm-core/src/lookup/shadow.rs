@@ -13,9 +13,13 @@ use crate::{
     VisibilityField,
 };
 
-/// The steepest surface or strand that an automatic bias follows, in pixel
-/// sides of depth a pixel: 86 degrees.
+/// The steepest surface that an automatic bias follows, in pixel sides of depth
+/// a pixel: 86 degrees.
 const STEEPEST: f64 = 16.0;
+
+/// The same for strands. Steeper ones fill less of a pixel, so that less of
+/// them is in their own way, and others stand close.
+const STEEPEST_STRAND: f64 = 1.5;
 
 /// Pixel sides that are added to an automatic bias: the depth of surfaces that
 /// are a little curved, and of strands beside their middle.
@@ -31,7 +35,9 @@ pub enum Bias {
     /// What the slope of the point's surface or strand asks for: the pixels
     /// under the filter are asked at the depth of its plane in each, less half
     /// of what that changes over the samples of a pixel, and a quarter of a
-    /// pixel's side. Steeper than 16 pixel sides a pixel counts as that. The
+    /// pixel's side. Steeper than 16 pixel sides a pixel counts as that. Around
+    /// a strand all pixels are asked at one depth, and steeper than 1.5 pixel
+    /// sides a pixel counts as that. The
     /// bias is negative for a surface that is seen from the side that the light
     /// is not on: it shades itself. Points that lie on nothing have none.
     Auto,
@@ -152,25 +158,30 @@ impl ShadowLookup {
     /// The bias for a point, and how its depth changes a pixel.
     fn automatic(&self, point: &ShadedPoint, levels: usize) -> (f64, DVec2) {
         let ShadedPoint { position, facing, .. } = *point;
-        let (gradient, faces) = match facing {
+        let (gradient, steepest, faces) = match facing {
             Facing::Light => return (0.0, DVec2::ZERO),
             Facing::Surface(normal) => {
-                self.projection.plane_gradient(position, normal).unwrap_or((DVec2::NAN, true))
+                let plane = self.projection.plane_gradient(position, normal);
+                let (gradient, faces) = plane.unwrap_or((DVec2::NAN, true));
+                (gradient, STEEPEST, faces)
             }
             Facing::Strand(along) => {
                 let gradient = self.projection.line_gradient(position, along);
-                (gradient.unwrap_or(DVec2::NAN), true)
+                (gradient.unwrap_or(DVec2::NAN), STEEPEST_STRAND, true)
             }
         };
         let side = self.projection.pixel_size(position);
         let slope = gradient.abs().element_sum();
-        let (slope, gradient) = if slope <= STEEPEST * side {
+        let (slope, gradient) = if slope <= steepest * side {
             (slope, gradient)
         } else {
-            // Nobody knows where it goes.
-            let steepest = gradient * (STEEPEST * side / slope);
-            (STEEPEST * side, if steepest.is_finite() { steepest } else { DVec2::ZERO })
+            // Seen along its surface, nobody knows where it goes.
+            let gradient = gradient * (steepest * side / slope);
+            (steepest * side, if gradient.is_finite() { gradient } else { DVec2::ZERO })
         };
+        // A strand does not go on beside itself.
+        let is_strand = matches!(facing, Facing::Strand(_));
+        let gradient = if is_strand { DVec2::ZERO } else { gradient };
         let bias = (slope + SLACK * side) * self.half_pixel * self.coarseness(levels);
         if !bias.is_finite() {
             return (0.0, DVec2::ZERO);
@@ -425,8 +436,10 @@ mod tests {
             f64::from(receiver.bias) / side
         };
         assert!((bias(DVec3::X) - 0.5 * SLACK).abs() < 1e-6);
-        assert!((bias(DVec3::new(1.0, 0.0, -2.0)) - 0.5 * (2.0 + SLACK)).abs() < 1e-6);
-        assert!((bias(DVec3::NEG_Z) - 0.5 * (STEEPEST + SLACK)).abs() < 1e-6);
+        assert!((bias(DVec3::new(1.0, 0.0, -0.8)) - 0.5 * (0.8 + SLACK)).abs() < 1e-6);
+        for steep in [DVec3::new(1.0, 0.0, -2.0), DVec3::NEG_Z] {
+            assert!((bias(steep) - 0.5 * (STEEPEST_STRAND + SLACK)).abs() < 1e-6);
+        }
         let free = ShadedPoint { position: DVec3::NEG_Z, facing: Facing::Light, seed: 0 };
         assert_eq!(lookup.receiver(&free, 1).unwrap().bias, 0.0);
         assert_eq!(lookup.receiver(&ShadedPoint { position: DVec3::Z, ..free }, 1), None);
