@@ -5,6 +5,7 @@ pub mod figures;
 pub mod forge;
 pub mod fuzz;
 pub mod pictures;
+pub mod soft_shadows;
 
 /// The README's example compiles.
 #[cfg(doctest)]

@@ -1,7 +1,7 @@
 //! Where something was measured.
 
 /// The processor's name, cores and widest instructions, and the memory.
-pub(super) fn machine() -> String {
+pub(crate) fn machine() -> String {
     let read = |path: &str| std::fs::read_to_string(path).unwrap_or_default();
     let field = |text: &str, name: &str| {
         let line = text.lines().find(|line| line.starts_with(name))?;

@@ -13,6 +13,11 @@ mod sizes;
 mod stage;
 mod timing;
 
+pub(crate) use machine::machine;
+pub(crate) use plot::{Panel, svg};
+pub(crate) use report::table;
+pub(crate) use timing::seconds;
+
 pub use bakes::{Bakes, StoredMap};
 pub use figure7::{Figure7, Figure7Row};
 pub use figure8::{Figure8, Figure8Row, log_log_slope};

@@ -20,12 +20,12 @@ const COLOURS: [RGBColor; 5] = [
 ];
 
 /// Some curves over the same axes.
-pub(super) struct Panel {
-    pub(super) title: &'static str,
-    pub(super) x: &'static str,
-    pub(super) y: &'static str,
+pub(crate) struct Panel {
+    pub(crate) title: &'static str,
+    pub(crate) x: &'static str,
+    pub(crate) y: &'static str,
     /// Each a name and its points, all above 0.
-    pub(super) curves: Vec<(&'static str, Vec<(f64, f64)>)>,
+    pub(crate) curves: Vec<(&'static str, Vec<(f64, f64)>)>,
 }
 
 /// The panels side by side.
@@ -33,7 +33,7 @@ pub(super) struct Panel {
 /// # Errors
 ///
 /// If a panel has no points.
-pub(super) fn svg(panels: &[Panel]) -> Result<String> {
+pub(crate) fn svg(panels: &[Panel]) -> Result<String> {
     let size = (PANEL.0 * panels.len() as u32, PANEL.1);
     let units = (size.0 * UNITS, size.1 * UNITS);
     let mut document = String::new();

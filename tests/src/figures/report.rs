@@ -32,7 +32,7 @@ impl Report {
 }
 
 /// A table of Markdown.
-pub(super) fn table(header: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> String {
+pub(crate) fn table(header: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> String {
     let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
     let mut text = line(&header.iter().map(|&cell| cell.to_owned()).collect::<Vec<_>>());
     text += &line(&vec!["---:".to_owned(); header.len()]);

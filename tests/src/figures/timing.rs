@@ -5,7 +5,7 @@ use std::time::Instant;
 
 /// Seconds that this thread has spent computing, where the system tells; else
 /// those that have passed.
-fn seconds(since: Instant) -> f64 {
+pub(crate) fn seconds(since: Instant) -> f64 {
     // The first number: nanoseconds on a processor (Linux).
     std::fs::read_to_string("/proc/thread-self/schedstat")
         .ok()
