@@ -89,6 +89,19 @@ impl Cost {
         Ok(Self { sizes, radii, left_out, scene, parameters: study.parameters() })
     }
 
+    /// How many times longer a ray through the paper's layers takes in the
+    /// largest map than in the smallest, and than in the one before.
+    #[must_use]
+    pub fn growth(&self) -> [f64; 2] {
+        let own = self.sizes.iter().filter(|cost| cost.method == Method::Paper);
+        let times: Vec<f64> = own.map(|cost| cost.nanoseconds).collect();
+        match times.as_slice() {
+            [first, .., before, last] => [last / first, last / before],
+            [first, last] => [last / first; 2],
+            _ => [f64::NAN; 2],
+        }
+    }
+
     /// The page and its plot.
     ///
     /// # Errors
@@ -149,8 +162,11 @@ impl Cost {
                 curves: Method::ALL.into_iter().enumerate().map(by_radius).collect(),
             },
         ])?;
+        let [growth, last] = self.growth();
         let text = format!(
             include_str!("cost.md"),
+            growth = growth,
+            last = last,
             scene = self.scene,
             sizes = sizes,
             radii = radii,
