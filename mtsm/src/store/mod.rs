@@ -15,7 +15,7 @@ use crate::Layering;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LayeredKind {
-    /// Runs of layers with counts: a [`MultilayerMap`].
+    /// Runs of layers with counts: a [`crate::MultilayerMap`].
     Mtsm,
     /// Depths and opacities: a [`MultilayerDepthMap`](crate::MultilayerDepthMap).
     Layers,
