@@ -50,7 +50,7 @@ impl FarTable {
     pub(crate) fn new<T: Transmittance>(map: &FragmentMap<T>, range: [f32; 2]) -> Self {
         let [width, height] = map.size();
         let wide = width.max(height);
-        let side = wide.div_ceil(MOST_CELLS).next_power_of_two().max(LEAST_SIDE);
+        let side = wide.div_ceil(MOST_CELLS).max(LEAST_SIDE);
         let size = [width, height].map(|pixels| pixels.div_ceil(side));
         let cells = size[0] as usize * size[1] as usize;
         let depths = f64::from(range[1]) - f64::from(range[0]);
@@ -366,11 +366,13 @@ mod tests {
             let lights: Vec<_> = (0..16)
                 .map(|at| DVec3::new(0.3 * f64::from(at % 4) - 0.4, 0.2 * f64::from(at / 4), 0.0))
                 .collect();
-            let packet = Packet::new(&frame, &apex, &lights, Starts::Shares([0.0; 2]), range);
+            let starts = Starts::Shares([0.0; 2]);
             let from = 0.1 * shift.abs() as f32;
-            let left = dispatch!(Level::new(), simd => {
+            let (packet, left) = dispatch!(Level::new(), simd => {
+                let packet = Packet::new(simd, &frame, &apex, &lights, starts, range);
                 let end = f32x16::load_array(simd, packet.end);
-                table.left(simd, &apex, &packet, from, end)[0].to_array()
+                let left = table.left(simd, &apex, &packet, from, end)[0].to_array();
+                (packet, left)
             });
             for (lane, &left) in left.iter().enumerate() {
                 let slope = [0, 1].map(|axis| f64::from(packet.slope[axis][lane]));

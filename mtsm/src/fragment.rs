@@ -70,6 +70,7 @@ impl<T: Transmittance> Fragment<T> {
 }
 
 /// [`Fragment::is_facing`].
+#[inline(always)]
 pub(crate) fn is_facing(gradient: [f32; 2]) -> bool {
     gradient.map(f32::to_bits) == [(-0.0_f32).to_bits(); 2]
 }

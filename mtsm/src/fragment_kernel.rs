@@ -1,72 +1,26 @@
 //! All rays of a receiver against the fragments that they may meet.
 
+use std::cmp::Reverse;
 use std::marker::PhantomData;
 
 use dsm_core::Transmittance;
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x16};
 
 use crate::fragment::is_facing;
-use crate::packed_fragments::{PackedFragments, PixelFragments};
-use crate::packet::{Apex, Lanes, Packet};
-use crate::range_tree::{Block, Cone, ConeTest, LANES, PacketRays, RangeTree, RayTest, inverse};
-
-/// Blocks that a group of rays is narrowed to before its packets look.
-const FRONTIER: usize = 6;
+use crate::frontier::Frontier;
+use crate::lanes::Lanes;
+use crate::packed_fragments::PackedFragments;
+use crate::packet::Apex;
+use crate::range_tree::{Block, Cone, ConeTest, RangeTree, RayTest, bits};
+use crate::visit_order::VisitOrder;
 
 /// Blocks that wait to be visited. Keeps its memory: never more than 16 of each
 /// of 12 levels.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Stacks {
-    /// With the rays that may meet each.
-    packet: Vec<(Block, u32)>,
-    ray: Vec<Block>,
-}
-
-/// The blocks that a group of rays from one apex may meet: empty where all are
-/// clear.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Frontier {
-    blocks: Vec<Block>,
-    next: Vec<Block>,
-}
-
-impl Frontier {
-    /// Goes down while the blocks stay few.
-    #[inline(always)]
-    pub(crate) fn fill<S: Simd>(&mut self, simd: S, tree: &RangeTree, cone: &Cone) {
-        self.blocks.clear();
-        if cone.is_empty() {
-            return;
-        }
-        let test = ConeTest::new(simd, cone);
-        self.blocks.push(tree.root());
-        while let Some(first) = self.blocks.first().filter(|block| block.level > 0) {
-            let level = first.level;
-            self.next.clear();
-            for &block in &self.blocks {
-                let mut lanes = tree.overlap(simd, block, &test).lanes;
-                while lanes != 0 {
-                    self.next.push(RangeTree::below(block, lanes.trailing_zeros()));
-                    lanes &= lanes - 1;
-                }
-            }
-            if self.next.len() > FRONTIER {
-                return;
-            }
-            std::mem::swap(&mut self.blocks, &mut self.next);
-            if level == 1 {
-                break;
-            }
-        }
-        // The last word on small groups: are there pixels at all?
-        if self.blocks.len() <= 4 && self.blocks.iter().all(|block| block.level == 0) {
-            self.blocks.retain(|&block| tree.overlap(simd, block, &test).lanes != 0);
-        }
-    }
-
-    pub(crate) fn is_empty(&self) -> bool {
-        self.blocks.is_empty()
-    }
+    /// With the rays that may meet each, and for which u.
+    packet: Vec<(Block, u32, [f32; 2])>,
+    ray: Vec<(Block, [f32; 2])>,
 }
 
 /// What packets are traced through.
@@ -80,12 +34,12 @@ pub(crate) struct Stage<'a, T> {
     pub(crate) least: f32,
 }
 
-/// Rays of a packet that go on one by one: where fewer than these are left in a
-/// block, its pixels are too small for them to share.
-const ALONE: u32 = 5;
+/// Where fewer rays of a packet than these are left in a block, they go on one by
+/// one: its pixels are too small for them to share.
+const ALONE: u32 = 3;
 
 /// Takes from the light of `lanes` what the fragments of the map take for u in
-/// the range of `cone`. Tells whether no light is left.
+/// the range of `cone`.
 #[inline(always)]
 pub(crate) fn trace<S: Simd, T: Transmittance>(
     simd: S,
@@ -93,258 +47,191 @@ pub(crate) fn trace<S: Simd, T: Transmittance>(
     frontier: &Frontier,
     cone: &Cone,
     stacks: &mut Stacks,
-    lanes: &mut Lanes<S>,
-) -> bool {
+    lanes: &mut Lanes,
+) {
     if cone.is_empty() {
-        return false;
+        return;
     }
-    let Stage { tree, apex, least, .. } = *stage;
+    let Stage { tree, apex, .. } = *stage;
     let test = ConeTest::new(simd, cone);
-    let slack = f32x16::splat(simd, cone.slack());
-    let rays = PacketRays {
-        inverse: [inverse(simd, lanes.slope[0]), inverse(simd, lanes.slope[1])],
-        near: lanes.start[0].min(lanes.start[1]) - slack,
-        far: lanes.end + slack,
-    };
     let Stacks { packet: stack, ray: ray_stack } = stacks;
-    for &start in &frontier.blocks {
-        stack.clear();
-        stack.push((start, u32::from(u16::MAX)));
-        while let Some((block, some)) = stack.pop() {
-            if some.count_ones() < ALONE {
-                if trace_alone(simd, stage, &test, &rays, (block, some), ray_stack, lanes) {
-                    return true;
-                }
-                continue;
+    // What is near ends rays before they get to what is far.
+    let order = VisitOrder::new(cone);
+    let whole = [cone.near - cone.slack(), cone.far + cone.slack()];
+    stack.clear();
+    stack.extend(frontier.blocks().iter().map(|&block| (block, u32::from(u16::MAX), whole)));
+    stack.sort_unstable_by_key(|(block, ..)| Reverse(order.distance(block.at)));
+    while let Some((block, some, range)) = stack.pop() {
+        let some = some & lanes.live;
+        if some.count_ones() < ALONE {
+            for lane in bits(some) {
+                trace_alone(simd, stage, &test, block, ray_stack, lanes, lane);
             }
-            let overlap = tree.overlap(simd, block, &test);
-            let mut nodes = overlap.lanes;
-            while nodes != 0 {
-                let node = nodes.trailing_zeros();
-                nodes &= nodes - 1;
-                let below = RangeTree::below(block, node);
-                if block.level > 0 {
-                    let over = tree.rays_over(simd, block, node, apex.place, apex.w, &rays);
-                    if over & some != 0 {
-                        stack.push((below, over & some));
-                    }
-                    continue;
-                }
-                let range = [overlap.enter[node as usize], overlap.leave[node as usize]];
-                let pixel = (below.at, stage.fragments.pixel(block, node));
-                if meet_pixel(simd, stage, pixel, range, lanes) && lanes.stop::<T>(simd, least) {
-                    return true;
-                }
+            continue;
+        }
+        if block.level == 0 {
+            meet_block(simd, stage, &test, block, range, lanes);
+            if lanes.live == 0 {
+                return;
+            }
+            continue;
+        }
+        let overlap = tree.overlap(simd, block, &test);
+        for node in order.farthest_first(overlap.lanes) {
+            let over = tree.rays_over(simd, block, node as u32, apex.place, apex.w, lanes);
+            if over & some != 0 {
+                let range = [overlap.enter[node], overlap.leave[node]];
+                stack.push((RangeTree::below(block, node as u32), over & some, range));
             }
         }
     }
-    false
 }
 
-/// The same for the rays in `some` and what lies in one block, ray by ray.
+/// One ray through what lies in a block.
 #[inline(always)]
 fn trace_alone<S: Simd, T: Transmittance>(
     simd: S,
     stage: &Stage<'_, T>,
     test: &ConeTest<S>,
-    rays: &PacketRays<S>,
-    (block, mut some): (Block, u32),
-    stack: &mut Vec<Block>,
-    lanes: &mut Lanes<S>,
-) -> bool {
-    let inverse = rays.inverse.map(|column| column.to_array());
-    let (near, far) = (rays.near.to_array(), rays.far.to_array());
-    let slope = lanes.slope.map(|column| column.to_array());
-    let start = lanes.start.map(|column| column.to_array());
-    let mut end = lanes.end.to_array();
-    let mut left = lanes.left.map(|column| column.to_array());
-    let mut any = false;
-    while some != 0 {
-        let lane = some.trailing_zeros() as usize;
-        some &= some - 1;
-        if end[lane] < 0.0 {
+    block: Block,
+    stack: &mut Vec<(Block, [f32; 2])>,
+    lanes: &mut Lanes,
+    lane: usize,
+) {
+    let inverse = [lanes.inverse[0][lane], lanes.inverse[1][lane]];
+    let test = RayTest::new(test, inverse, lanes.near[lane], lanes.far[lane], stage.apex.w);
+    stack.clear();
+    stack.push((block, [lanes.near[lane], lanes.far[lane]]));
+    while let Some((block, range)) = stack.pop() {
+        if block.level == 0 {
+            if meet_block_alone(simd, stage, block, range, lanes, lane) {
+                return;
+            }
             continue;
         }
-        let ray_inverse = [inverse[0][lane], inverse[1][lane]];
-        let ray = RayTest::new(test, ray_inverse, near[lane], far[lane], stage.apex.w);
-        let mut one = OneRay {
-            slope: [slope[0][lane], slope[1][lane]],
-            start: [start[0][lane], start[1][lane]],
-            end: end[lane],
-            left: [left[0][lane], left[1][lane], left[2][lane]],
-        };
-        if trace_ray(simd, stage, &ray, block, stack, &mut one) {
-            any = true;
-            for (column, value) in left.iter_mut().zip(one.left) {
-                column[lane] = value;
-            }
-            end[lane] = one.end;
+        let overlap = stage.tree.overlap_ray(simd, block, &test);
+        for node in bits(overlap.lanes) {
+            let range = [overlap.enter[node], overlap.leave[node]];
+            stack.push((RangeTree::below(block, node as u32), range));
         }
     }
-    if any {
-        lanes.left = left.map(|column| f32x16::load_array(simd, column));
-        lanes.end = f32x16::load_array(simd, end);
-        return end.iter().all(|&end| end < 0.0);
+}
+
+/// The corners of pixels of a block, in pixels before the apex.
+#[inline(always)]
+fn beyond<S: Simd>(simd: S, apex: &Apex, block: Block, at: [f32x16<S>; 2]) -> [f32x16<S>; 2] {
+    let corner = block.at.map(|at| 4.0 * at as f32);
+    let place = apex.place.map(|at| f32x16::splat(simd, at));
+    [place[0] - (at[0] + corner[0]), place[1] - (at[1] + corner[1])]
+}
+
+/// The fragments of a block against one ray for u in `range`, 16 at a time, as
+/// [`Lanes::meet`] does for one fragment and 16 rays. Tells whether the ray has
+/// ended.
+#[inline(always)]
+fn meet_block_alone<S: Simd, T: Transmittance>(
+    simd: S,
+    stage: &Stage<'_, T>,
+    block: Block,
+    [enter, leave]: [f32; 2],
+    lanes: &mut Lanes,
+    lane: usize,
+) -> bool {
+    let apex = stage.apex;
+    let fragments = stage.fragments.block::<T>(block.at);
+    let splat = |value| f32x16::splat(simd, value);
+    let (zero, eight) = (splat(0.0), splat(8.0));
+    let slope = [lanes.slope[0][lane], lanes.slope[1][lane]];
+    let start = [lanes.start[0][lane], lanes.start[1][lane]];
+    let [low, high] = [apex.w + enter, apex.w + leave];
+    for group in 0..fragments.groups() {
+        for chunk in bits(fragments.chunks(simd, group, low, high)) {
+            let chunk = fragments.chunk::<T>(group, chunk);
+            let some = chunk.planes(simd);
+            let [along_x, along_y] = some.gradient;
+            let [beyond_x, beyond_y] = beyond(simd, apex, block, some.at);
+            let distance =
+                (some.w - apex.w) + (along_x * (beyond_x - 0.5) + along_y * (beyond_y - 0.5));
+            let closing = splat(1.0) - (along_x * slope[0] + along_y * slope[1]);
+            let u = distance / closing;
+            let x = (u * slope[0] + beyond_x) * 8.0;
+            let y = (u * slope[1] + beyond_y) * 8.0;
+            let within = x.simd_ge(zero) & x.simd_lt(eight) & y.simd_ge(zero) & y.simd_lt(eight);
+            let earliest = splat(start[0].min(start[1]));
+            let met = within & u.simd_ge(earliest) & u.simd_lt(splat(lanes.end[lane]));
+            let hits = met.to_bitmask() as u32 & some.lanes;
+            if hits == 0 {
+                continue;
+            }
+            let (u, x, y) = (u.to_array(), x.to_array(), y.to_array());
+            let (along_x, along_y) = (along_x.to_array(), along_y.to_array());
+            let mut any = false;
+            for at in bits(hits) {
+                let bit = ((y[at] as u32) << 3) | x[at] as u32;
+                let covered = chunk.coverage::<T>(at) >> (bit & 63) & 1 == 1;
+                let facing = is_facing([along_x[at], along_y[at]]);
+                if covered && u[at] >= start[usize::from(facing)] {
+                    any = true;
+                    lanes.take_alone::<T>(lane, |channel| chunk.opacity(at, channel));
+                }
+            }
+            if any && lanes.stop_alone::<T>(lane, stage.least) {
+                return true;
+            }
+        }
     }
     false
 }
 
-/// One ray of a packet.
-struct OneRay {
-    slope: [f32; 2],
-    start: [f32; 2],
-    end: f32,
-    left: [f32; 3],
-}
-
-/// One ray through what lies in a block. Tells whether it met anything.
+/// The fragments of a block against all rays, for u in `range`.
 #[inline(always)]
-fn trace_ray<S: Simd, T: Transmittance>(
+fn meet_block<S: Simd, T: Transmittance>(
     simd: S,
     stage: &Stage<'_, T>,
-    test: &RayTest<S>,
+    test: &ConeTest<S>,
     block: Block,
-    stack: &mut Vec<Block>,
-    ray: &mut OneRay,
-) -> bool {
-    stack.clear();
-    stack.push(block);
-    let mut any = false;
-    while let Some(block) = stack.pop() {
-        let overlap = stage.tree.overlap_ray(simd, block, test);
-        let mut nodes = overlap.lanes;
-        while nodes != 0 {
-            let node = nodes.trailing_zeros();
-            nodes &= nodes - 1;
-            let below = RangeTree::below(block, node);
-            if block.level > 0 {
-                stack.push(below);
+    [enter, leave]: [f32; 2],
+    lanes: &mut Lanes,
+) {
+    let apex = stage.apex;
+    let fragments = stage.fragments.block::<T>(block.at);
+    let [low, high] = [apex.w + enter, apex.w + leave];
+    for group in 0..fragments.groups() {
+        for chunk in bits(fragments.chunks(simd, group, low, high)) {
+            let chunk = fragments.chunk::<T>(group, chunk);
+            let some = chunk.planes(simd);
+            let [along_x, along_y] = some.gradient;
+            let [beyond_x, beyond_y] = beyond(simd, apex, block, some.at);
+            let away = some.w - apex.w;
+            let reach = (along_x.abs() + along_y.abs()) * 0.502 + some.w.abs() * 2e-6;
+            let (first, last) =
+                test.in_pixels([-beyond_x, -beyond_y], [away - reach, away + reach]);
+            let candidates = first.simd_le(last).to_bitmask() as u32 & some.lanes;
+            if candidates == 0 {
                 continue;
             }
-            let range = [overlap.enter[node as usize], overlap.leave[node as usize]];
-            let pixel = (below.at, stage.fragments.pixel(block, node));
-            if meet_pixel_alone(simd, stage, pixel, range, ray) {
-                any = true;
-                if ray.left[..T::CHANNELS].iter().all(|&left| left < stage.least) {
-                    ray.left = [0.0; 3];
-                    ray.end = -1.0;
-                    return true;
-                }
-            }
-        }
-    }
-    any
-}
-
-/// The fragments of one pixel against one ray, 16 at a time, as
-/// [`Lanes::meet`] does for one fragment and 16 rays. Tells whether any was
-/// met.
-#[inline(always)]
-fn meet_pixel_alone<S: Simd, T: Transmittance>(
-    simd: S,
-    stage: &Stage<'_, T>,
-    (pixel, fragments): ([u32; 2], PixelFragments<'_>),
-    [enter, leave]: [f32; 2],
-    ray: &mut OneRay,
-) -> bool {
-    let apex = stage.apex;
-    let beyond = [apex.place[0] - pixel[0] as f32, apex.place[1] - pixel[1] as f32];
-    let from_centre = [beyond[0] - 0.5, beyond[1] - 0.5];
-    let splat = |value| f32x16::splat(simd, value);
-    let mut any = false;
-    let mut first = 0;
-    while first < fragments.count {
-        let some = fragments.planes(simd, first);
-        let [along_x, along_y] = some.gradient;
-        let away = some.w - apex.w;
-        let reach = (along_x.abs() + along_y.abs()) * 0.502 + some.w.abs() * 2e-6;
-        let near = (away + reach).simd_ge(splat(enter));
-        let near = near & (away - reach).simd_le(splat(leave));
-        if near.to_bitmask() as u32 & some.lanes == 0 {
-            first += LANES;
-            continue;
-        }
-        let distance = away + (along_x * from_centre[0] + along_y * from_centre[1]);
-        let closing = splat(1.0) - (along_x * ray.slope[0] + along_y * ray.slope[1]);
-        let u = distance / closing;
-        let x = (u * ray.slope[0] + beyond[0]) * 8.0;
-        let y = (u * ray.slope[1] + beyond[1]) * 8.0;
-        let (zero, eight) = (splat(0.0), splat(8.0));
-        let within = x.simd_ge(zero) & x.simd_lt(eight) & y.simd_ge(zero) & y.simd_lt(eight);
-        let earliest = splat(ray.start[0].min(ray.start[1]));
-        let met = within & u.simd_ge(earliest) & u.simd_lt(splat(ray.end));
-        let mut hits = (met & near).to_bitmask() as u32 & some.lanes;
-        if hits != 0 {
-            let (u, x, y) = (u.to_array(), x.to_array(), y.to_array());
-            let (along_x, along_y) = (along_x.to_array(), along_y.to_array());
-            while hits != 0 {
-                let lane = hits.trailing_zeros() as usize;
-                hits &= hits - 1;
-                let at = first + lane;
-                let gradient = [along_x[lane], along_y[lane]];
-                let bit = ((y[lane] as u32) << 3) | x[lane] as u32;
-                let covered = fragments.coverage::<T>(at) >> (bit & 63) & 1 == 1;
-                if covered && u[lane] >= ray.start[usize::from(is_facing(gradient))] {
+            let distance = away + (along_x * (beyond_x - 0.5) + along_y * (beyond_y - 0.5));
+            let distance = distance.to_array();
+            let gradient = [along_x.to_array(), along_y.to_array()];
+            let beyond = [beyond_x.to_array(), beyond_y.to_array()];
+            let mut any = false;
+            for at in bits(candidates) {
+                let gradient = [gradient[0][at], gradient[1][at]];
+                let beyond = [beyond[0][at], beyond[1][at]];
+                let coverage = || chunk.coverage::<T>(at);
+                let facing = is_facing(gradient);
+                let met = lanes.meet(simd, beyond, distance[at], gradient, facing, coverage);
+                if met.to_bitmask() != 0 {
+                    lanes.take::<S, T>(simd, met, |channel| chunk.opacity(at, channel));
                     any = true;
-                    for channel in 0..T::CHANNELS {
-                        ray.left[channel] *= 1.0 - fragments.opacity(at, channel);
-                    }
+                }
+            }
+            if any {
+                lanes.stop::<S, T>(simd, stage.least);
+                if lanes.live == 0 {
+                    return;
                 }
             }
         }
-        first += LANES;
     }
-    any
-}
-
-/// The fragments of one pixel for u in `range`. Tells whether any was met.
-#[inline(always)]
-fn meet_pixel<S: Simd, T: Transmittance>(
-    simd: S,
-    stage: &Stage<'_, T>,
-    (pixel, fragments): ([u32; 2], PixelFragments<'_>),
-    [enter, leave]: [f32; 2],
-    lanes: &mut Lanes<S>,
-) -> bool {
-    let apex = stage.apex;
-    let beyond = [apex.place[0] - pixel[0] as f32, apex.place[1] - pixel[1] as f32];
-    let from_centre = [beyond[0] - 0.5, beyond[1] - 0.5];
-    let mut any = false;
-    let mut first = 0;
-    while first < fragments.count {
-        let some = fragments.planes(simd, first);
-        let [along_x, along_y] = some.gradient;
-        let away = some.w - apex.w;
-        let distance = away + (along_x * from_centre[0] + along_y * from_centre[1]);
-        let reach = (along_x.abs() + along_y.abs()) * 0.502 + some.w.abs() * 2e-6;
-        let near = (away + reach).simd_ge(f32x16::splat(simd, enter));
-        let far = (away - reach).simd_le(f32x16::splat(simd, leave));
-        let mut hits = (near & far).to_bitmask() as u32 & some.lanes;
-        let (distance, along_x, along_y) =
-            (distance.to_array(), along_x.to_array(), along_y.to_array());
-        while hits != 0 {
-            let lane = hits.trailing_zeros() as usize;
-            hits &= hits - 1;
-            let at = first + lane;
-            let gradient = [along_x[lane], along_y[lane]];
-            let coverage = fragments.coverage::<T>(at);
-            let facing = is_facing(gradient);
-            let met = lanes.meet(simd, beyond, distance[lane], gradient, facing, coverage);
-            if met.to_bitmask() != 0 {
-                lanes.take::<T>(met, |channel| fragments.opacity(at, channel));
-                any = true;
-            }
-        }
-        first += LANES;
-    }
-    any
-}
-
-/// The cone of all packets.
-pub(crate) fn whole<'a>(packets: impl Iterator<Item = &'a Packet>, apex: &Apex) -> Cone {
-    let mut cone = Cone::empty(apex.place, apex.w);
-    for packet in packets.filter(|packet| !packet.cone.is_empty()) {
-        cone.include(&packet.cone);
-    }
-    cone
 }

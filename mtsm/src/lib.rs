@@ -31,7 +31,10 @@ mod fragment_map;
 #[cfg(test)]
 mod fragment_oracle;
 mod fragment_tracer;
+mod frontier;
 mod hash;
+mod lanes;
+mod large_pages;
 mod layer;
 mod layered_pixels;
 mod leaf_rule;
@@ -53,6 +56,7 @@ mod store;
 mod strata;
 mod tap_region;
 mod trace_statistics;
+mod visit_order;
 mod walk;
 
 pub use blocking::Blocking;

@@ -164,6 +164,23 @@ impl LightFrame {
         DVec3::new(point.x, point.y, -point.z)
     }
 
+    /// [`Self::camera_point`] of columns of points.
+    #[inline(always)]
+    pub(crate) fn camera_points<const N: usize>(&self, world: &[[f64; N]; 3]) -> [[f64; N]; 3] {
+        let (matrix, offset) = (self.to_camera.matrix3, self.to_camera.translation);
+        let mut points = [[0.0; N]; 3];
+        for (axis, column) in points.iter_mut().enumerate() {
+            let sign = if axis == 2 { -1.0 } else { 1.0 };
+            let [x, y, z] = [0, 1, 2].map(|of| sign * matrix.col(of)[axis]);
+            let offset = sign * offset[axis];
+            for lane in 0..N {
+                column[lane] =
+                    x * world[0][lane] + y * world[1][lane] + z * world[2][lane] + offset;
+            }
+        }
+        points
+    }
+
     /// Raster x and y in pixels, and w, of a point of the world; `None` at the
     /// camera's plane or behind it, and where numbers are not finite.
     #[must_use]

@@ -1,7 +1,6 @@
 //! 16 shadow rays of one receiver.
 
-use dsm_core::Transmittance;
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16, u32x16};
+use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x16, mask32x16};
 use glam::DVec3;
 
 use crate::LightFrame;
@@ -27,12 +26,20 @@ pub(crate) enum Starts {
 }
 
 impl Starts {
-    /// In lengths of a ray of this length.
+    /// In lengths of the rays from a point to others.
     #[inline(always)]
-    fn shares(self, length: f64) -> [f64; 2] {
+    fn shares(self, from: DVec3, to: &[[f64; LANES]; 3]) -> [[f64; LANES]; 2] {
         match self {
-            Self::Shares(shares) => shares,
-            Self::Distances([plane, facing]) => [plane / length, facing / length],
+            Self::Shares(shares) => shares.map(|share| [share; LANES]),
+            Self::Distances(distances) => {
+                let mut shares = distances.map(|distance| [distance; LANES]);
+                for lane in 0..LANES {
+                    let away = [0, 1, 2].map(|axis| to[axis][lane] - from[axis]);
+                    let length = away.map(|along| along * along).iter().sum::<f64>().sqrt();
+                    shares.iter_mut().for_each(|share| share[lane] /= length);
+                }
+                shares
+            }
         }
     }
 }
@@ -66,7 +73,8 @@ impl Apex {
 impl Packet {
     /// The rays to up to 16 points of the light.
     #[inline(always)]
-    pub(crate) fn new(
+    pub(crate) fn new<S: Simd>(
+        simd: S,
         frame: &LightFrame,
         apex: &Apex,
         lights: &[DVec3],
@@ -74,23 +82,23 @@ impl Packet {
         range: [f32; 2],
     ) -> Self {
         // Columns of f64, so that this is computed lane by lane at once.
-        let mut to = [[f64::NAN; LANES]; 3];
-        for (lane, &light) in lights.iter().take(LANES).enumerate() {
-            let point = frame.camera_point(light);
-            [to[0][lane], to[1][lane], to[2][lane]] = point.to_array();
+        let mut world = [[f64::NAN; LANES]; 3];
+        for (lane, light) in lights.iter().take(LANES).enumerate() {
+            [world[0][lane], world[1][lane], world[2][lane]] = light.to_array();
         }
+        let to = frame.camera_points(&world);
         let from = apex.point;
         let (linear, offset) = frame.raster_map();
         let place = linear * (from.truncate() / from.z) + offset;
         let w = from.z.recip();
         let most = f64::from(range[1]).next_up() - w;
+        let shares = starts.shares(from, &to);
         let mut slope = [[0.0; LANES]; 2];
         let mut start = [[0.0; LANES]; 2];
         let mut end = [0.0; LANES];
         for lane in 0..LANES {
             let (x, y, z) = (to[0][lane], to[1][lane], to[2][lane]);
-            let away = [x - from.x, y - from.y, z - from.z];
-            let length = (away[0] * away[0] + away[1] * away[1] + away[2] * away[2]).sqrt();
+            let away = z - from.z;
             // Pixels per unit of w; finite for points in the camera's plane too.
             let scale = (1.0 - w * z).recip();
             let along_x = linear.x_axis.x * x + linear.y_axis.x * y + (offset.x - place.x) * z;
@@ -98,143 +106,83 @@ impl Packet {
             slope[0][lane] = (along_x * scale) as f32;
             slope[1][lane] = (along_y * scale) as f32;
             // 1/z(t) − 1/z(0) at share t of the way.
-            let gain = |share: f64| {
-                let gained = -share * away[2] * w;
-                gained / (from.z + share * away[2])
-            };
-            let shares = starts.shares(length);
-            start[0][lane] = gain(shares[0].min(1.0)) as f32;
-            start[1][lane] = gain(shares[1].min(1.0)) as f32;
+            for (start, share) in start.iter_mut().zip(&shares) {
+                let share = if share[lane] < 1.0 { share[lane] } else { 1.0 };
+                start[lane] = (-share * away * w / (from.z + share * away)) as f32;
+            }
             let light = if z > 0.0 { z.recip() - w } else { f64::INFINITY };
-            let reach = light.min(most);
+            let reach = if light < most { light } else { most };
             // Lights that are no nearer to the camera shade nothing.
-            end[lane] = if away[2] < 0.0 && shares[0] < 1.0 { reach as f32 } else { -1.0 };
+            let shades = away < 0.0 && shares[0][lane] < 1.0;
+            end[lane] = if shades { reach as f32 } else { -1.0 };
         }
-        let least = (f64::from(range[0]) - w) as f32;
-        Self::finish(frame.size(), apex, slope, start, end, least)
+        let farthest = (f64::from(range[0]) - w) as f32;
+        Self::finish(simd, frame.size(), apex, slope, start, end, farthest)
     }
 
     #[inline(always)]
-    fn finish(
+    fn finish<S: Simd>(
+        simd: S,
         size: [u32; 2],
         apex: &Apex,
-        mut slope: [[f32; LANES]; 2],
+        slope: [[f32; LANES]; 2],
         start: [[f32; LANES]; 2],
-        mut end: [f32; LANES],
-        least: f32,
+        end: [f32; LANES],
+        farthest: f32,
     ) -> Self {
-        let mut cone = Cone::empty(apex.place, apex.w);
-        let mut leaving = 0;
-        for lane in 0..LANES {
-            let first = start[0][lane].min(start[1][lane]).max(least);
-            let finite = slope[0][lane].is_finite() && slope[1][lane].is_finite();
-            if !(finite && first <= end[lane]) {
-                (slope[0][lane], slope[1][lane], end[lane]) = (0.0, 0.0, -1.0);
-                continue;
+        let splat = |value| f32x16::splat(simd, value);
+        let load = |column| f32x16::load_array(simd, column);
+        let [along_x, along_y] = slope.map(load);
+        let last = load(end);
+        let first = load(start[0]).min(load(start[1])).max(splat(farthest));
+        let most = splat(f32::MAX);
+        let finite = along_x.abs().simd_le(most) & along_y.abs().simd_le(most);
+        let rays = finite & first.simd_le(last);
+        let zero = splat(0.0);
+        let mut outside = !rays;
+        for (axis, along) in [along_x, along_y].into_iter().enumerate() {
+            for u in [first, last] {
+                let at = along * u + apex.place[axis];
+                outside |= !(at.simd_ge(zero) & at.simd_le(splat(size[axis] as f32)));
             }
-            let mut ray = Cone { near: first, far: end[lane], ..cone };
-            let mut outside = false;
-            for axis in 0..2 {
-                let along = slope[axis][lane];
-                ray.slopes[axis] = [along; 2];
-                for u in [first, end[lane]] {
-                    let at = apex.place[axis] + along * u;
-                    outside |= !(at >= 0.0 && at <= size[axis] as f32);
-                }
-            }
-            leaving |= u32::from(outside) << lane;
-            cone.include(&ray);
         }
+        let cone = Cone {
+            slopes: [
+                [least(along_x, rays), greatest(along_x, rays)],
+                [least(along_y, rays), greatest(along_y, rays)],
+            ],
+            near: least(first, rays),
+            far: greatest(last, rays),
+            ..Cone::empty(apex.place, apex.w)
+        };
+        let slope = [along_x, along_y].map(|along| rays.select(along, zero).to_array());
+        let end = rays.select(last, splat(-1.0)).to_array();
+        let leaving = (outside & rays).to_bitmask() as u32;
         Self { slope, start, end, leaving, cone }
     }
 }
 
-/// A packet as vectors, and what is left of its light.
-#[derive(Clone, Copy)]
-pub(crate) struct Lanes<S: Simd> {
-    pub(crate) slope: [f32x16<S>; 2],
-    pub(crate) start: [f32x16<S>; 2],
-    pub(crate) end: f32x16<S>,
-    /// Light that is left, a channel each.
-    pub(crate) left: [f32x16<S>; 3],
+/// The least of the lanes in `some`.
+#[inline(always)]
+fn least<S: Simd>(column: f32x16<S>, some: mask32x16<S>) -> f32 {
+    let column = some.select(column, f32x16::splat(column.simd, f32::INFINITY)).to_array();
+    halve(column, f32::min)
 }
 
-impl<S: Simd> Lanes<S> {
-    #[inline(always)]
-    pub(crate) fn new(simd: S, packet: &Packet) -> Self {
-        let load = |column: &[f32; LANES]| f32x16::load_array_ref(simd, column);
-        Self {
-            slope: [load(&packet.slope[0]), load(&packet.slope[1])],
-            start: [load(&packet.start[0]), load(&packet.start[1])],
-            end: load(&packet.end),
-            left: [f32x16::splat(simd, 1.0); 3],
-        }
-    }
+/// The greatest of the lanes in `some`.
+#[inline(always)]
+fn greatest<S: Simd>(column: f32x16<S>, some: mask32x16<S>) -> f32 {
+    let column = some.select(column, f32x16::splat(column.simd, f32::NEG_INFINITY)).to_array();
+    halve(column, f32::max)
+}
 
-    /// Which rays meet a fragment of the pixel `beyond` which the apex lies, in
-    /// pixels: `distance` is how much more w its plane has at the apex than it.
-    ///
-    /// No product is fused with a sum: all processors round alike.
-    #[inline(always)]
-    pub(crate) fn meet(
-        &self,
-        simd: S,
-        beyond: [f32; 2],
-        distance: f32,
-        gradient: [f32; 2],
-        facing: bool,
-        coverage: u64,
-    ) -> mask32x16<S> {
-        let splat = |value| f32x16::splat(simd, value);
-        let [along_x, along_y] = self.slope;
-        let closing = splat(1.0) - (along_x * gradient[0] + along_y * gradient[1]);
-        let u = splat(distance) / closing;
-        // In eighths of the pixel.
-        let x = (along_x * u + beyond[0]) * 8.0;
-        let y = (along_y * u + beyond[1]) * 8.0;
-        let (zero, eight) = (splat(0.0), splat(8.0));
-        let within = x.simd_ge(zero) & x.simd_lt(eight) & y.simd_ge(zero) & y.simd_lt(eight);
-        let start = self.start[usize::from(facing)];
-        let met = within & u.simd_ge(start) & u.simd_lt(self.end);
-        if coverage == u64::MAX || met.to_bitmask() == 0 {
-            return met;
-        }
-        let (x, y): (u32x16<S>, u32x16<S>) = (x.to_int(), y.to_int());
-        let bit = (y << 3) | x;
-        let upper = bit.simd_ge(u32x16::splat(simd, 32));
-        let (low, high) = (coverage as u32, (coverage >> 32) as u32);
-        let word = upper.select(u32x16::splat(simd, high), u32x16::splat(simd, low));
-        let covered = (word >> (bit & 31)) & 1;
-        met & covered.simd_eq(u32x16::splat(simd, 1))
-    }
-
-    /// Takes the share `opacity` of each channel from the light of the rays in `met`.
-    #[inline(always)]
-    pub(crate) fn take<T: Transmittance>(
-        &mut self,
-        met: mask32x16<S>,
-        opacity: impl Fn(usize) -> f32,
-    ) {
-        for channel in 0..T::CHANNELS {
-            let left = self.left[channel];
-            self.left[channel] = met.select(left * (1.0 - opacity(channel)), left);
+/// One number of 16, from halves.
+#[inline(always)]
+fn halve(mut column: [f32; LANES], of: impl Fn(f32, f32) -> f32) -> f32 {
+    for half in [8, 4, 2, 1] {
+        for lane in 0..half {
+            column[lane] = of(column[lane], column[lane + half]);
         }
     }
-
-    /// Puts out the light that fell below `least` in every channel, and ends
-    /// those rays. Tells whether all have ended.
-    #[inline(always)]
-    pub(crate) fn stop<T: Transmittance>(&mut self, simd: S, least: f32) -> bool {
-        let limit = f32x16::splat(simd, least);
-        let mut dark = self.left[0].simd_lt(limit);
-        for channel in 1..T::CHANNELS {
-            dark &= self.left[channel].simd_lt(limit);
-        }
-        let zero = f32x16::splat(simd, 0.0);
-        for channel in 0..T::CHANNELS {
-            self.left[channel] = dark.select(zero, self.left[channel]);
-        }
-        self.end = dark.select(f32x16::splat(simd, -1.0), self.end);
-        self.end.simd_gt(zero).to_bitmask() == 0
-    }
+    column[0]
 }

@@ -1,7 +1,10 @@
 //! Where in a map a group of rays may meet something: a tree with 16 children a
 //! node, which are tested at once.
 
-use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x16};
+use fearless_simd::{Simd, SimdBase, SimdMask, f32x16};
+
+use crate::lanes::Lanes;
+use crate::large_pages::LargePages;
 
 /// Children of a node, and rays of a packet.
 pub(crate) const LANES: usize = 16;
@@ -14,18 +17,18 @@ const SLACK: f32 = 1.0 / 256.0;
 
 /// The least and the greatest w of the pixels of a map, of 4 × 4 pixels, of
 /// 16 × 16 and so on, up to one block.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct RangeTree {
     levels: Vec<Level>,
 }
 
 /// Nodes of 4ⁿ pixels along the side, in blocks of 4 × 4.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 struct Level {
     /// In blocks.
     size: [u32; 2],
-    low: Vec<[f32; LANES]>,
-    high: Vec<[f32; LANES]>,
+    /// The least w of each node, and the greatest.
+    ranges: LargePages<[[f32; LANES]; 2]>,
 }
 
 /// A block of 16 nodes.
@@ -47,15 +50,6 @@ pub(crate) struct Cone {
     pub(crate) far: f32,
 }
 
-/// Where 16 rays from one apex may be.
-#[derive(Clone, Copy)]
-pub(crate) struct PacketRays<S: Simd> {
-    /// 1 / slope.
-    pub(crate) inverse: [f32x16<S>; 2],
-    pub(crate) near: f32x16<S>,
-    pub(crate) far: f32x16<S>,
-}
-
 /// The children of a block that a cone may meet, and over which u.
 pub(crate) struct Overlap {
     pub(crate) lanes: u32,
@@ -71,6 +65,7 @@ impl Cone {
     }
 
     /// Holds the rays of `other` from the same place, too.
+    #[inline(always)]
     pub(crate) fn include(&mut self, other: &Self) {
         for (axis, slopes) in self.slopes.iter_mut().enumerate() {
             slopes[0] = slopes[0].min(other.slopes[axis][0]);
@@ -143,6 +138,19 @@ impl<S: Simd> ConeTest<S> {
         }
     }
 
+    /// The u where the cone may be in pixels that begin `first` pixels from its
+    /// place, of `range` each. Nowhere if the second is less than the first.
+    #[inline(always)]
+    pub(crate) fn in_pixels(
+        &self,
+        first: [f32x16<S>; 2],
+        range: [f32x16<S>; 2],
+    ) -> (f32x16<S>, f32x16<S>) {
+        let range = (range[0].max(self.near), range[1].min(self.far));
+        let range = self.narrow(0, first[0], 1.0, range);
+        self.narrow(1, first[1], 1.0, range)
+    }
+
     /// Narrows [`enter`, `leave`] to where the cone is over nodes of `side`
     /// pixels that begin `first` pixels from its place along an axis.
     #[inline(always)]
@@ -185,12 +193,14 @@ impl<S: Simd> RayTest<S> {
     }
 }
 
-/// 1 / slope, for tests of where a ray may be; never of 0.
+/// The numbers of the bits that are set.
 #[inline(always)]
-pub(crate) fn inverse<S: Simd>(simd: S, slope: f32x16<S>) -> f32x16<S> {
-    let least = f32x16::splat(simd, 1e-6);
-    let small = slope.abs().simd_lt(least);
-    f32x16::splat(simd, 1.0) / small.select(least, slope)
+pub(crate) fn bits(mut set: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let bit = (set != 0).then(|| set.trailing_zeros() as usize);
+        set &= set.wrapping_sub(1);
+        bit
+    })
 }
 
 impl RangeTree {
@@ -200,9 +210,7 @@ impl RangeTree {
         while let Some(below) = levels.last().filter(|level| level.size[0].max(level.size[1]) > 1) {
             let level = Level::new(below.size, |x, y| {
                 let block = (y * below.size[0] + x) as usize;
-                let low = below.low[block].iter().copied().fold(f32::INFINITY, f32::min);
-                let high = below.high[block].iter().copied().fold(f32::NEG_INFINITY, f32::max);
-                (low <= high).then_some([low, high])
+                whole(&below.ranges[block])
             });
             levels.push(level);
         }
@@ -218,9 +226,7 @@ impl RangeTree {
     /// The least and the greatest w of the map; `None` for an empty one.
     pub(crate) fn range(&self) -> Option<[f32; 2]> {
         let top = self.levels.last()?;
-        let low = top.low.first()?.iter().copied().fold(f32::INFINITY, f32::min);
-        let high = top.high.first()?.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-        (low <= high).then_some([low, high])
+        whole(top.ranges.first()?)
     }
 
     /// The nodes of `block` that the cone may meet.
@@ -231,8 +237,9 @@ impl RangeTree {
         let side = (1_u32 << (2 * block.level)) as f32;
         let first =
             [0, 1].map(|axis| (block.at[axis] as f32 * 4.0).mul_add(side, -cone.place[axis]));
-        let low = f32x16::load_array_ref(simd, &level.low[index]) - cone.w;
-        let high = f32x16::load_array_ref(simd, &level.high[index]) - cone.w;
+        let [low, high] = &level.ranges[index];
+        let low = f32x16::load_array_ref(simd, low) - cone.w;
+        let high = f32x16::load_array_ref(simd, high) - cone.w;
         let range = (low.max(cone.near), high.min(cone.far));
         let columns = cone.columns * side + first[0];
         let rows = cone.rows * side + first[1];
@@ -248,8 +255,9 @@ impl RangeTree {
         let level = &self.levels[block.level as usize];
         let index = block.at[1] as usize * level.size[0] as usize + block.at[0] as usize;
         let side = (1_u32 << (2 * block.level)) as f32;
-        let low = f32x16::load_array_ref(simd, &level.low[index]) - ray.w;
-        let high = f32x16::load_array_ref(simd, &level.high[index]) - ray.w;
+        let [low, high] = &level.ranges[index];
+        let low = f32x16::load_array_ref(simd, low) - ray.w;
+        let high = f32x16::load_array_ref(simd, high) - ray.w;
         let mut enter = low.max(f32x16::splat(simd, ray.near));
         let mut leave = high.min(f32x16::splat(simd, ray.far));
         for (axis, offsets) in [ray.columns, ray.rows].into_iter().enumerate() {
@@ -269,8 +277,7 @@ impl RangeTree {
         Overlap { lanes, enter: enter.to_array(), leave: leave.to_array() }
     }
 
-    /// Which of 16 rays from the place of `cone` may meet node `lane` of
-    /// `block`, by 1 / slope and their u.
+    /// Which of 16 rays from `place` and `w` may meet node `lane` of `block`.
     #[inline(always)]
     pub(crate) fn rays_over<S: Simd>(
         &self,
@@ -279,20 +286,21 @@ impl RangeTree {
         lane: u32,
         place: [f32; 2],
         w: f32,
-        rays: &PacketRays<S>,
+        rays: &Lanes,
     ) -> u32 {
         let level = &self.levels[block.level as usize];
         let index = block.at[1] as usize * level.size[0] as usize + block.at[0] as usize;
         let side = (1_u32 << (2 * block.level)) as f32;
-        let low = level.low[index][lane as usize] - w;
-        let high = level.high[index][lane as usize] - w;
-        let mut enter = rays.near.max(f32x16::splat(simd, low));
-        let mut leave = rays.far.min(f32x16::splat(simd, high));
+        let [low, high] = level.ranges[index].map(|bounds| bounds[lane as usize] - w);
+        let load = |column: &[f32; LANES]| f32x16::load_array_ref(simd, column);
+        let mut enter = load(&rays.near).max(f32x16::splat(simd, low));
+        let mut leave = load(&rays.far).min(f32x16::splat(simd, high));
         let node = [block.at[0] * 4 + lane % 4, block.at[1] * 4 + lane / 4];
         for axis in 0..2 {
             let first = (node[axis] as f32).mul_add(side, -place[axis]);
-            let one = rays.inverse[axis] * (first - SLACK);
-            let other = rays.inverse[axis] * (first + side + SLACK);
+            let inverse = load(&rays.inverse[axis]);
+            let one = inverse * (first - SLACK);
+            let other = inverse * (first + side + SLACK);
             enter = enter.max(one.min(other));
             leave = leave.min(one.max(other));
         }
@@ -308,21 +316,28 @@ impl RangeTree {
     }
 }
 
+/// The range of all nodes of a block; `None` if there are none.
+fn whole(block: &[[f32; LANES]; 2]) -> Option<[f32; 2]> {
+    let low = block[0].iter().copied().fold(f32::INFINITY, f32::min);
+    let high = block[1].iter().copied().fold(f32::NEG_INFINITY, f32::max);
+    (low <= high).then_some([low, high])
+}
+
 impl Level {
     fn new(nodes: [u32; 2], range: impl Fn(u32, u32) -> Option<[f32; 2]>) -> Self {
         let size = nodes.map(|side| side.div_ceil(SIDE).max(1));
         let blocks = size[0] as usize * size[1] as usize;
-        let mut low = vec![[f32::INFINITY; LANES]; blocks];
-        let mut high = vec![[f32::NEG_INFINITY; LANES]; blocks];
+        let mut ranges = LargePages::zeroed(blocks);
+        ranges.fill([[f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]]);
         for y in 0..nodes[1] {
             for x in 0..nodes[0] {
                 if let Some([least, most]) = range(x, y) {
                     let block = (y / SIDE * size[0] + x / SIDE) as usize;
                     let lane = (y % SIDE * SIDE + x % SIDE) as usize;
-                    (low[block][lane], high[block][lane]) = (least, most);
+                    [ranges[block][0][lane], ranges[block][1][lane]] = [least, most];
                 }
             }
         }
-        Self { size, low, high }
+        Self { size, ranges }
     }
 }
