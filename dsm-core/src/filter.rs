@@ -48,6 +48,7 @@ impl FilterShape {
     }
 
     /// The weight at `t`, which lies in [−1, 1].
+    #[inline(always)]
     pub(crate) fn profile(self, t: f64) -> f64 {
         match self {
             Self::Box => 1.0,
@@ -103,6 +104,7 @@ impl Filter {
 
     /// The same filter where a pixel's side is `scale` times as many pixels,
     /// at least as wide as its shape must be.
+    #[inline(always)]
     pub(crate) fn scaled(self, scale: f32) -> Self {
         let width = (self.width * scale).max(self.shape.minimum_width());
         Self { width, ..self }

@@ -28,6 +28,7 @@ mod polyline;
 mod product;
 mod random;
 mod sampling;
+mod search;
 mod shadow;
 mod tile_hits;
 mod tile_samples;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    DepthKind, Filter, LightExtent, PixelLists, PixelWindow, ShadowCamera, Tolerance,
+    BlockVisitor, DepthKind, Filter, LightExtent, PixelLists, PixelWindow, ShadowCamera, Tolerance,
     Transmittance, VisibilityField, VisibilityView,
 };
 
@@ -90,5 +90,18 @@ impl<T: Transmittance> VisibilityField for DeepMap<T> {
 
     fn evaluate(&self, [x, y]: [u32; 2], depth: f32) -> Result<T, Self::Error> {
         Ok(self.pixel(x, y).at(depth))
+    }
+
+    #[inline(always)]
+    fn evaluate_block(&self, visitor: &mut impl BlockVisitor<T>) -> Result<(), Self::Error> {
+        let pixels = self.pixels.view();
+        let [_, rows] = visitor.bounds();
+        for row in rows {
+            let columns = visitor.columns(row);
+            assert!(columns.end <= pixels.width(), "the block is outside the map");
+            let first = row as usize * pixels.width() as usize + columns.start as usize;
+            visitor.take_run(columns, pixels, first);
+        }
+        Ok(())
     }
 }

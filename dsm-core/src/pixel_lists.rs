@@ -7,7 +7,10 @@
 
 use std::marker::PhantomData;
 
-use crate::visibility::append_columns;
+use fearless_simd::Simd;
+
+use crate::search::Window;
+use crate::visibility::{append_columns, interpolate, share};
 use crate::{Error, Result, Transmittance, Vertex, VisibilityView};
 
 /// Borrowed per-pixel functions: a map in memory or a tile in a file.
@@ -121,6 +124,40 @@ impl<'a, T: Transmittance> PixelListsView<'a, T> {
             self.value_starts[pixel] as usize..self.value_starts[pixel + 1] as usize
         };
         VisibilityView::unchecked(&self.z[range], &self.values[values])
+    }
+
+    /// V(`z`) of the pixel with row-major index `pixel`: [`VisibilityView::at`]
+    /// with vectors. O(log n).
+    ///
+    /// # Panics
+    ///
+    /// If `pixel` is not below [`Self::pixel_count`].
+    #[inline(always)]
+    pub(crate) fn evaluate<S: Simd>(self, simd: S, pixel: usize, z: f32) -> T {
+        let vertices = self.starts[pixel] as usize..self.starts[pixel + 1] as usize;
+        if vertices.is_empty() {
+            return T::CLEAR;
+        }
+        let begin = vertices.start;
+        let Some(window) = Window::around(self.z, vertices, z) else {
+            return self.function(pixel).at(z);
+        };
+        let Some(depths) = window.of(self.z) else {
+            return self.function(pixel).at(z);
+        };
+        if T::CHANNELS == 1
+            && let Some(&values) = window.of(self.values)
+        {
+            // A copy: the values come from memory while the depths are compared,
+            // and not after.
+            let [near, far] = window.bracket(simd, depths, z);
+            let share = share(z, depths[near], depths[far]);
+            interpolate(T::splat(values[near]), T::splat(values[far]), share)
+        } else {
+            let bracket = window.bracket(simd, depths, z);
+            let ahead = window.start() as isize - begin as isize;
+            self.function(pixel).between(bracket.map(|lane| lane.wrapping_add_signed(ahead)), z)
+        }
     }
 
     /// The function of the pixel in column `x` and row `y`.

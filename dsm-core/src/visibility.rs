@@ -178,19 +178,19 @@ impl<'a, T: Transmittance> VisibilityView<'a, T> {
     /// The value at `z`, between vertices `next - 1` and `next`.
     #[inline(always)]
     fn interpolate(self, next: usize, z: f32) -> T {
-        if next == 0 {
-            return T::CLEAR;
+        match self.len().checked_sub(1) {
+            None => T::CLEAR,
+            // Before the first vertex, whose value is 1, and past the last it
+            // is that one twice.
+            Some(last) => self.between([next.saturating_sub(1), next.min(last)], z),
         }
-        if next == self.len() {
-            return self.value(next - 1);
-        }
-        let (z0, z1) = (f64::from(self.z[next - 1]), f64::from(self.z[next]));
-        let share = (f64::from(z) - z0) / (z1 - z0);
-        let (near, far) = (self.value(next - 1), self.value(next));
-        T::from_channels(|channel| {
-            let (v0, v1) = (f64::from(near.channel(channel)), f64::from(far.channel(channel)));
-            (v0 + (v1 - v0) * share) as f32
-        })
+    }
+
+    /// The value at `z`, between these vertices or at the one that both are.
+    #[inline(always)]
+    pub(crate) fn between(self, [near, far]: [usize; 2], z: f32) -> T {
+        let share = share(z, self.z[near], self.z[far]);
+        interpolate(self.value(near), self.value(far), share)
     }
 
     /// A copy that owns its columns.
@@ -202,6 +202,25 @@ impl<'a, T: Transmittance> VisibilityView<'a, T> {
             channels: PhantomData,
         }
     }
+}
+
+/// How far `z` is on its way from `z0` to `z1`, in \[0, 1\]. Of a depth
+/// that is both, anything finite.
+#[inline(always)]
+pub(crate) fn share(z: f32, z0: f32, z1: f32) -> f64 {
+    let (z0, z1) = (f64::from(z0), f64::from(z1));
+    // Without a branch, which could not be foreseen. A NaN becomes 0.
+    let share = ((f64::from(z) - z0) / (z1 - z0)).max(0.0);
+    share.min(1.0)
+}
+
+/// The value between `near` and `far`.
+#[inline(always)]
+pub(crate) fn interpolate<T: Transmittance>(near: T, far: T, share: f64) -> T {
+    T::from_channels(|channel| {
+        let (v0, v1) = (f64::from(near.channel(channel)), f64::from(far.channel(channel)));
+        (v0 + (v1 - v0) * share) as f32
+    })
 }
 
 /// A visibility function that owns its vertices.

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::Transmittance;
+use crate::{PixelListsView, Transmittance};
 
 /// Something that has a visibility function in every pixel: a map in memory,
 /// the tiles of a file, a layered map's first run.
@@ -82,4 +82,26 @@ pub trait BlockVisitor<T> {
 
     /// The value of the pixel whose depth was asked for last.
     fn take(&mut self, value: T);
+
+    /// Asks for the depths of `columns` of the row that was begun last, and
+    /// takes what the functions of `pixels`, from the row-major index `first`
+    /// on, have there. Tells how many pixels were asked.
+    ///
+    /// # Panics
+    ///
+    /// If the run does not lie within `pixels`.
+    #[inline(always)]
+    fn take_run(&mut self, columns: Range<u32>, pixels: PixelListsView<'_, T>, first: usize) -> u64
+    where
+        T: Transmittance,
+    {
+        let mut asked = 0;
+        for (column, pixel) in columns.zip(first..) {
+            if let Some(depth) = self.depth(column) {
+                self.take(pixels.function(pixel).at(depth));
+                asked += 1;
+            }
+        }
+        asked
+    }
 }

@@ -1,11 +1,13 @@
 //! Filtered shadow lookups (Lokovic & Veach 2000, §3.4):
 //! V(x, y, z) = Σ wᵢⱼ Vᵢⱼ(z) / Σ wᵢⱼ over the pixels that the filter reaches.
 
-use std::ops::Range;
+use fearless_simd::{Level, Simd, dispatch};
 
-use super::field::{BlockVisitor, VisibilityField};
+use super::block::weighted_average;
+use super::field::VisibilityField;
 use super::footprint::{Ellipse, Footprint};
-use crate::{Filter, Receiver, Transmittance};
+use super::weights::{Extent, Radial, Separable};
+use crate::{Receiver, Transmittance};
 
 /// The light that reaches `receiver`, averaged over `footprint`.
 ///
@@ -41,231 +43,127 @@ pub fn filtered_lookup<F: VisibilityField>(
     receiver: &Receiver,
     footprint: &Footprint,
 ) -> Result<F::Value, F::Error> {
-    if receiver.is_shaded_by(field.size().map(f64::from)) {
-        average(field, receiver, footprint, |_, _| 1.0)
+    let [width, height] = field.size();
+    let extent = Extent([f64::from(width), f64::from(height)]);
+    if receiver.is_shaded_by(extent) {
+        dispatch!(Level::new(), simd => average(simd, field, receiver, footprint, extent))
     } else {
         Ok(F::Value::CLEAR)
     }
 }
 
-/// The average over `footprint` around a receiver inside the field. `cover`
-/// is the share of a pixel's side, for an axis and an index along it, that
-/// lies in the map.
+/// The average over `footprint` around a receiver inside the field, of which
+/// `extent` lies in the map.
 #[inline(always)]
-pub(super) fn average<F: VisibilityField>(
+pub(super) fn average<S: Simd, F: VisibilityField>(
+    simd: S,
     field: &F,
     receiver: &Receiver,
     footprint: &Footprint,
-    cover: impl Fn(usize, u32) -> f64 + Copy,
+    extent: Extent,
 ) -> Result<F::Value, F::Error> {
     let average = match *footprint {
         Footprint::Point => None,
         Footprint::Isotropic(filter) => {
-            weighted_average(field, receiver, Separable::new(filter, cover))?
+            weighted_average(simd, field, receiver, Separable::new(filter, extent))?
         }
         Footprint::Elliptical { shape, axes } => {
-            weighted_average(field, receiver, Radial { ellipse: Ellipse::new(shape, axes), cover })?
+            let ellipse = Ellipse::new(shape, axes);
+            weighted_average(simd, field, receiver, Radial { ellipse, extent })?
         }
     };
     match average {
         Some(average) => Ok(average),
         // A thin ellipse may miss every pixel centre.
         None => {
-            let own = receiver.position.map(|at| at as u32);
-            let offset = |axis: usize| receiver.offset(axis, own[axis]);
-            match receiver.depth_at([offset(0), offset(1)]) {
-                Some(depth) => field.evaluate(own, depth),
+            let [x, y] = receiver.position.map(|at| at as u32);
+            match receiver.depth_at([receiver.offset(0, x), receiver.offset(1, y)]) {
+                Some(depth) => field.evaluate([x, y], depth),
                 None => Ok(F::Value::CLEAR),
             }
         }
     }
 }
 
-/// How the pixels around a receiver are weighted, by their offsets from it.
-trait PixelWeights {
-    /// Half extents of the box outside of which no pixel has a weight; its
-    /// intervals are half-open.
-    fn reach(&self) -> [f64; 2];
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::next_bits;
+    use crate::{DeepMap, Filter, FilterShape, MapInfo, PixelListsBuilder, Rgb, Vertex};
 
-    /// The offsets in x between which the pixels of the row at `dy` can have
-    /// a weight.
-    fn chord(&self, dy: f64) -> [f64; 2];
+    const SIZE: [u32; 2] = [23, 9];
 
-    /// What all weights of the row at `dy` have in common.
-    fn row(&self, row: u32, dy: f64) -> f64;
+    /// A map that is only asked pixel by pixel.
+    struct Single<'a, T>(&'a DeepMap<T>);
 
-    /// The rest of a pixel's weight.
-    fn pixel(&self, column: u32, offset: [f64; 2]) -> f64;
-}
+    impl<T: Transmittance> VisibilityField for Single<'_, T> {
+        type Value = T;
+        type Error = std::convert::Infallible;
 
-/// A separable filter.
-struct Separable<C> {
-    filter: Filter,
-    /// Takes offsets to [−1, 1].
-    scale: f64,
-    reach: f64,
-    cover: C,
-}
+        fn size(&self) -> [u32; 2] {
+            self.0.size()
+        }
 
-impl<C> Separable<C> {
-    fn new(filter: Filter, cover: C) -> Self {
-        let width = f64::from(filter.width());
-        Self { filter, scale: 2.0 / width, reach: 0.5 * width, cover }
-    }
-}
-
-impl<C: Fn(usize, u32) -> f64> PixelWeights for Separable<C> {
-    fn reach(&self) -> [f64; 2] {
-        [self.reach; 2]
+        fn evaluate(&self, pixel: [u32; 2], depth: f32) -> Result<T, Self::Error> {
+            self.0.evaluate(pixel, depth)
+        }
     }
 
-    #[inline(always)]
-    fn chord(&self, _: f64) -> [f64; 2] {
-        [-self.reach, self.reach]
-    }
-
-    #[inline(always)]
-    fn row(&self, row: u32, dy: f64) -> f64 {
-        (self.cover)(1, row) * self.filter.shape().profile(dy * self.scale)
-    }
-
-    #[inline(always)]
-    fn pixel(&self, column: u32, [dx, _]: [f64; 2]) -> f64 {
-        (self.cover)(0, column) * self.filter.shape().profile(dx * self.scale)
-    }
-}
-
-/// An ellipse.
-struct Radial<C> {
-    ellipse: Ellipse,
-    cover: C,
-}
-
-impl<C: Fn(usize, u32) -> f64> PixelWeights for Radial<C> {
-    fn reach(&self) -> [f64; 2] {
-        self.ellipse.reach()
-    }
-
-    #[inline(always)]
-    fn chord(&self, dy: f64) -> [f64; 2] {
-        self.ellipse.chord(dy)
-    }
-
-    #[inline(always)]
-    fn row(&self, row: u32, _: f64) -> f64 {
-        (self.cover)(1, row)
-    }
-
-    #[inline(always)]
-    fn pixel(&self, column: u32, [dx, dy]: [f64; 2]) -> f64 {
-        (self.cover)(0, column) * self.ellipse.weight(dx, dy)
-    }
-}
-
-/// The weighted average over the pixels that have a weight; `None` if there
-/// is none.
-#[inline(always)]
-fn weighted_average<F: VisibilityField>(
-    field: &F,
-    receiver: &Receiver,
-    weights: impl PixelWeights,
-) -> Result<Option<F::Value>, F::Error> {
-    let (size, reach) = (field.size(), weights.reach());
-    let bounds =
-        [0, 1].map(|axis| pixels_between(receiver, axis, [-reach[axis], reach[axis]], size[axis]));
-    let mean = WeightedMean::<F::Value>::new();
-    let mut block =
-        WeightedBlock { receiver, weights, bounds, dy: 0.0, row: 0.0, asked: 0.0, mean };
-    field.evaluate_block(&mut block)?;
-    Ok(block.mean.finish())
-}
-
-/// The pixels along an axis whose centres lie within half-open offsets from
-/// the receiver.
-#[inline(always)]
-fn pixels_between(
-    receiver: &Receiver,
-    axis: usize,
-    [start, end]: [f64; 2],
-    size: u32,
-) -> Range<u32> {
-    let centre = f64::from(receiver.position[axis]);
-    let pixel = |edge: f64| ((edge - 0.5).floor() + 1.0).clamp(0.0, f64::from(size));
-    pixel(centre + start) as u32..pixel(centre + end) as u32
-}
-
-/// Adds the pixels around a receiver to a mean, each with its weight.
-struct WeightedBlock<'a, T: Transmittance, W> {
-    receiver: &'a Receiver,
-    weights: W,
-    bounds: [Range<u32>; 2],
-    /// The row's offset from the receiver.
-    dy: f64,
-    /// What all weights of the row have in common.
-    row: f64,
-    /// The weight of the pixel that is asked.
-    asked: f64,
-    mean: WeightedMean<T>,
-}
-
-impl<T: Transmittance, W: PixelWeights> BlockVisitor<T> for WeightedBlock<'_, T, W> {
-    #[inline(always)]
-    fn bounds(&self) -> [Range<u32>; 2] {
-        self.bounds.clone()
-    }
-
-    #[inline(always)]
-    fn columns(&mut self, row: u32) -> Range<u32> {
-        self.dy = self.receiver.offset(1, row);
-        self.row = self.weights.row(row, self.dy);
-        let Range { start, end } = self.bounds[0];
-        let chord = pixels_between(self.receiver, 0, self.weights.chord(self.dy), end);
-        start.max(chord.start)..chord.end
-    }
-
-    #[inline(always)]
-    fn depth(&mut self, column: u32) -> Option<f32> {
-        let offset = [self.receiver.offset(0, column), self.dy];
-        self.asked = self.row * self.weights.pixel(column, offset);
-        if self.asked > 0.0 {
-            let depth = self.receiver.depth_at(offset);
-            if depth.is_none() {
-                self.take(T::CLEAR);
+    /// Steps and ramps of 0 to 60 vertices a pixel.
+    fn map<T: Transmittance>(uniform: &mut impl FnMut() -> f32) -> DeepMap<T> {
+        let mut pixels = PixelListsBuilder::new(SIZE[0], SIZE[1]);
+        for _ in 0..SIZE[0] * SIZE[1] {
+            let (mut z, mut value) = (uniform(), T::CLEAR);
+            for _ in 0..(uniform().powi(3) * 31.0) as u32 {
+                pixels.push(Vertex::new(z, value));
+                z += if uniform() < 0.5 { 0.0 } else { 0.2 * uniform() };
+                value = T::from_channels(|channel| value.channel(channel) * uniform());
+                pixels.push(Vertex::new(z, value));
+                z += 0.1 * uniform() + 0.01;
             }
-            depth
-        } else {
-            None
+            pixels.finish_pixel().unwrap();
+        }
+        DeepMap::new(MapInfo::default(), pixels.finish().unwrap())
+    }
+
+    fn the_same_bits<T: Transmittance>(seed: u64) {
+        let mut state = seed;
+        let mut uniform = || (next_bits(&mut state) >> 40) as f32 / (1 << 24) as f32;
+        let map = map::<T>(&mut uniform);
+        let shapes = [FilterShape::Box, FilterShape::Tent, FilterShape::Gaussian];
+        for round in 0..3000 {
+            let shape = shapes[round % 3];
+            let footprint = if round % 4 == 0 {
+                let axes = [[5.0 * uniform(), uniform()], [-uniform(), 2.0 * uniform()]];
+                Footprint::Elliptical { shape, axes }
+            } else {
+                let width = 2.0 + 18.0 * uniform().powi(2);
+                Footprint::Isotropic(Filter::new(shape, width).unwrap())
+            };
+            let position = [uniform() * SIZE[0] as f32, uniform() * SIZE[1] as f32];
+            let slope = if round % 2 == 0 { 0.0 } else { 0.4 };
+            let depth_gradient = [slope * (uniform() - 0.5), slope * (uniform() - 0.5)];
+            let depth = 4.0 * uniform().powi(2);
+            let receiver = Receiver { depth_gradient, ..Receiver::new(position, depth) };
+            // The last row and column lie partly outside, as in a level.
+            let extent = Extent([22.25, 8.5]);
+            let at = |level| dispatch!(level, simd => average(simd, &map, &receiver, &footprint, extent));
+            let single = dispatch!(Level::new(), simd => {
+                average(simd, &Single(&map), &receiver, &footprint, extent)
+            });
+            let bits = |Ok(value): Result<T, _>| {
+                (0..T::CHANNELS).map(|c| value.channel(c).to_bits()).collect::<Vec<_>>()
+            };
+            let expected = bits(single);
+            for level in [Level::new(), Level::baseline()] {
+                assert_eq!(bits(at(level)), expected, "{receiver:?} {footprint:?}");
+            }
         }
     }
 
-    #[inline(always)]
-    fn take(&mut self, value: T) {
-        self.mean.add(self.asked, value);
-    }
-}
-
-/// A weighted mean of values.
-struct WeightedMean<T: Transmittance> {
-    total: f64,
-    sum: T::Sum,
-}
-
-impl<T: Transmittance> WeightedMean<T> {
-    fn new() -> Self {
-        Self { total: 0.0, sum: T::sum_from_channels(|_| 0.0) }
-    }
-
-    #[inline(always)]
-    fn add(&mut self, weight: f64, value: T) {
-        self.total += weight;
-        for (channel, sum) in self.sum.as_mut().iter_mut().enumerate() {
-            *sum += weight * f64::from(value.channel(channel));
-        }
-    }
-
-    /// The mean; `None` if nothing with a weight was added.
-    fn finish(self) -> Option<T> {
-        let average = |channel: usize| (self.sum.as_ref()[channel] / self.total) as f32;
-        (self.total > 0.0).then(|| T::from_channels(average))
+    #[test]
+    fn vectors_answer_as_single_pixels_to_the_bit() {
+        the_same_bits::<f32>(1);
+        the_same_bits::<Rgb>(2);
     }
 }

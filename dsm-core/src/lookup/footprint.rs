@@ -39,6 +39,7 @@ impl Footprint {
 
     /// The same footprint where a pixel's side is `scale` times as many
     /// pixels.
+    #[inline(always)]
     pub(super) fn scaled(self, scale: f32) -> Self {
         match self {
             Self::Point => Self::Point,

@@ -1,9 +1,12 @@
 //! Lookups in a mip pyramid (Lokovic & Veach 2000, §5.3): filters of any
 //! width at the cost of a narrow one.
 
+use fearless_simd::{Level as SimdLevel, Simd, dispatch};
+
 use super::field::VisibilityField;
 use super::filtered::average;
 use super::footprint::Footprint;
+use super::weights::Extent;
 use crate::{Error, Receiver, Transmittance};
 
 /// Which level of a [`Pyramid`] a lookup reads.
@@ -64,6 +67,17 @@ impl LevelChoice {
 #[derive(Clone, Debug)]
 pub struct Pyramid<F> {
     levels: Vec<F>,
+    /// Of each level.
+    places: Vec<Place>,
+}
+
+/// Where a level lies in the map.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    /// The side of a pixel of level 0, in its own.
+    scale: f32,
+    /// What of it lies in the map.
+    extent: Extent,
 }
 
 impl<F: VisibilityField> Pyramid<F> {
@@ -86,7 +100,15 @@ impl<F: VisibilityField> Pyramid<F> {
                 let reason = "its sides are not half those of the level before, rounded up";
                 Err(Error::Level { level: before + 1, reason })
             }
-            None => Ok(Self { levels }),
+            None => {
+                // Sides are halved until they are 1: no level is past 2⁻³².
+                let place = |level: usize| {
+                    let scale = 0.5_f32.powi(level as i32);
+                    let extent = sizes[0].map(|side| f64::from(side) * f64::from(scale));
+                    Place { scale, extent: Extent(extent) }
+                };
+                Ok(Self { places: (0..levels.len()).map(place).collect(), levels })
+            }
         }
     }
 
@@ -115,7 +137,7 @@ impl<F: VisibilityField> Pyramid<F> {
         footprint: &Footprint,
         choice: LevelChoice,
     ) -> Result<F::Value, F::Error> {
-        if !receiver.is_shaded_by(self.levels[0].size().map(f64::from)) {
+        if !receiver.is_shaded_by(self.places[0].extent) {
             return Ok(F::Value::CLEAR);
         }
         let level = match choice {
@@ -124,35 +146,43 @@ impl<F: VisibilityField> Pyramid<F> {
         };
         // A NaN becomes 0.
         let level = level.max(0.0).min((self.levels.len() - 1) as f64);
+        dispatch!(SimdLevel::new(), simd => self.lookup_between(simd, receiver, footprint, level))
+    }
+
+    /// The answer at a level, or between two, to a receiver inside the map.
+    #[inline(always)]
+    fn lookup_between<S: Simd>(
+        &self,
+        simd: S,
+        receiver: &Receiver,
+        footprint: &Footprint,
+        level: f64,
+    ) -> Result<F::Value, F::Error> {
         let (finer, share) = (level as usize, level.fract());
-        let fine = self.lookup_level(finer, receiver, footprint)?;
+        let fine = self.lookup_level(simd, receiver, footprint, finer)?;
         if share == 0.0 {
             return Ok(fine);
         }
-        let coarse = self.lookup_level(finer + 1, receiver, footprint)?;
+        let coarse = self.lookup_level(simd, receiver, footprint, finer + 1)?;
         // Both products are monotone, so their sum is.
         Ok(F::Value::from_channels(|channel| {
-            let [fine, coarse] = [fine, coarse].map(|value| f64::from(value.channel(channel)));
+            let fine = f64::from(fine.channel(channel));
+            let coarse = f64::from(coarse.channel(channel));
             ((1.0 - share) * fine + share * coarse) as f32
         }))
     }
 
     /// The answer of one level to a receiver inside the map.
-    fn lookup_level(
+    #[inline(always)]
+    fn lookup_level<S: Simd>(
         &self,
-        level: usize,
+        simd: S,
         receiver: &Receiver,
         footprint: &Footprint,
+        level: usize,
     ) -> Result<F::Value, F::Error> {
-        let field = &self.levels[level];
-        if level == 0 {
-            return average(field, receiver, footprint, |_, _| 1.0);
-        }
-        // Sides are halved until they are 1: no level is past 2⁻³².
-        let scale = 0.5_f32.powi(level as i32);
-        let extent = self.levels[0].size().map(|side| f64::from(side) * f64::from(scale));
-        // Only the last pixel of a line can lie partly outside.
-        let cover = move |axis: usize, pixel: u32| (extent[axis] - f64::from(pixel)).min(1.0);
-        average(field, &receiver.scaled(scale), &footprint.scaled(scale), cover)
+        let Place { scale, extent } = self.places[level];
+        let (receiver, footprint) = (receiver.scaled(scale), footprint.scaled(scale));
+        average(simd, &self.levels[level], &receiver, &footprint, extent)
     }
 }

@@ -1,5 +1,7 @@
 //! Where shadow is asked for.
 
+use super::weights::Extent;
+
 /// Where to ask for shadow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Receiver {
@@ -24,19 +26,19 @@ impl Receiver {
 
     /// Whether the receiver lies in a field of this size and behind the light,
     /// with no NaN: else it is lit.
-    pub(super) fn is_shaded_by(&self, [width, height]: [f64; 2]) -> bool {
-        let [x, y] = self.position.map(f64::from);
+    #[inline(always)]
+    pub(super) fn is_shaded_by(&self, Extent([width, height]): Extent) -> bool {
+        let [x, y] = self.position;
+        let (x, y) = (f64::from(x), f64::from(y));
         x >= 0.0 && y >= 0.0 && x < width && y < height && self.depth > 0.0
     }
 
     /// The same receiver where a pixel's side is `scale`, a power of two,
     /// times as many pixels.
+    #[inline(always)]
     pub(super) fn scaled(self, scale: f32) -> Self {
-        Self {
-            position: self.position.map(|at| at * scale),
-            depth_gradient: self.depth_gradient.map(|change| change / scale),
-            ..self
-        }
+        let ([x, y], [dx, dy]) = (self.position, self.depth_gradient);
+        Self { position: [x * scale, y * scale], depth_gradient: [dx / scale, dy / scale], ..self }
     }
 
     /// How far the centre of the pixel with this index along `axis` is from
@@ -44,6 +46,13 @@ impl Receiver {
     #[inline(always)]
     pub(super) fn offset(&self, axis: usize, pixel: u32) -> f64 {
         f64::from(pixel) + 0.5 - f64::from(self.position[axis])
+    }
+
+    /// The depth at which all pixels are asked, if that is one and they are
+    /// not lit for it.
+    #[inline(always)]
+    pub(super) fn common_depth(&self) -> Option<f32> {
+        if self.depth_gradient == [0.0; 2] { self.depth_at([0.0; 2]) } else { None }
     }
 
     /// The depth of the receiver's plane at an offset, less the bias; `None`
