@@ -204,27 +204,17 @@ impl<T: Transmittance> VisibilityField for LookupCursor<T> {
         let mut asked = 0;
         if let Some(pixels) = &held.pixels {
             let pixels = pixels.view();
-            let width = pixels.width() as usize;
             // The tile's corner.
             let origin = [columns.start - x, rows.start - y];
             for row in rows {
-                let first = (row - origin[1]) as usize * width;
-                for column in within(&columns, visitor.columns(row)) {
-                    if let Some(depth) = visitor.depth(column) {
-                        let pixel = first + (column - origin[0]) as usize;
-                        visitor.take(pixels.function(pixel).at(depth));
-                        asked += 1;
-                    }
-                }
+                let run = within(&columns, visitor.columns(row));
+                let first = (row - origin[1]) as usize * pixels.width() as usize;
+                let ahead = (run.start - origin[0]) as usize;
+                asked += visitor.take_run(run, pixels, first + ahead);
             }
         } else {
             for row in rows {
-                for column in within(&columns, visitor.columns(row)) {
-                    if visitor.depth(column).is_some() {
-                        visitor.take(T::CLEAR);
-                        asked += 1;
-                    }
-                }
+                asked += take_clear(within(&columns, visitor.columns(row)), visitor);
             }
         }
         slot.set(held);
@@ -236,7 +226,7 @@ impl<T: Transmittance> VisibilityField for LookupCursor<T> {
 impl<T: Transmittance> LookupCursor<T> {
     /// As [`Self::evaluate_block`], for blocks over several tiles or over
     /// one that is not held: finds each tile once a row.
-    #[inline(never)]
+    #[inline(always)]
     fn evaluate_rows(
         &self,
         [columns, rows]: [Range<u32>; 2],
@@ -252,14 +242,17 @@ impl<T: Transmittance> LookupCursor<T> {
                     continue;
                 };
                 let (tile_column, x) = self.columns.split(column);
-                let run = column..end.min(column - x + self.columns.size);
-                column = run.end;
+                let rest = column + 1..end.min(column - x + self.columns.size);
+                column = rest.end;
                 self.with_tile([tile_column, tile_row], |pixels| match pixels {
-                    None => ((), visit_run(run, depth, visitor, |_, _| T::CLEAR)),
+                    None => {
+                        visitor.take(T::CLEAR);
+                        ((), 1 + take_clear(rest, visitor))
+                    }
                     Some(pixels) => {
                         let first = y as usize * pixels.width() as usize + x as usize;
-                        let at = |ahead, depth| pixels.function(first + ahead).at(depth);
-                        ((), visit_run(run, depth, visitor, at))
+                        visitor.take(pixels.function(first).at(depth));
+                        ((), 1 + visitor.take_run(rest, pixels, first + 1))
                     }
                 })?;
             }
@@ -274,28 +267,18 @@ fn within(bounds: &Range<u32>, range: Range<u32>) -> Range<u32> {
     range.start.max(bounds.start)..range.end.min(bounds.end)
 }
 
-/// Hands `visitor` the values of a run of pixels, of which the first is asked
-/// at `depth`; `at` takes how far a pixel is from the first. Tells how many
+/// Hands `visitor` the values of pixels that are 1 everywhere. Tells how many
 /// were asked.
 #[inline(always)]
-fn visit_run<T>(
-    columns: Range<u32>,
-    depth: f32,
-    visitor: &mut impl BlockVisitor<T>,
-    at: impl Fn(usize, f32) -> T,
-) -> u64 {
-    let (mut column, mut next, mut asked) = (columns.start, Some(depth), 0);
-    loop {
-        if let Some(depth) = next {
-            visitor.take(at((column - columns.start) as usize, depth));
+fn take_clear<T: Transmittance>(columns: Range<u32>, visitor: &mut impl BlockVisitor<T>) -> u64 {
+    let mut asked = 0;
+    for column in columns {
+        if visitor.depth(column).is_some() {
+            visitor.take(T::CLEAR);
             asked += 1;
         }
-        column += 1;
-        if column >= columns.end {
-            return asked;
-        }
-        next = visitor.depth(column);
     }
+    asked
 }
 
 impl<T> fmt::Debug for LookupCursor<T> {
