@@ -25,8 +25,8 @@ use crate::trace_statistics::{TraceCounters, TraceStatistics};
 const DEFAULT_START: [f64; 2] = [1e-4, 8e-4];
 
 /// Coarse pixels that rays move before a far table takes over. What is nearer is
-/// part of what a receiver lies in, and decides how it is shaded: with 1 pixel
-/// leaves are 0.0006 further off, with 0.75 and half again as fast 0.003.
+/// what a receiver itself is part of: with 0.75 leaves are shaded half again as
+/// fast, with an RMSE of 0.023 for 0.019.
 const NEAR_CELLS: f32 = 1.125;
 
 /// Receivers of either kind that a far table is tried on.
