@@ -165,24 +165,11 @@ impl Packet {
 /// The least of the lanes in `some`.
 #[inline(always)]
 fn least<S: Simd>(column: f32x16<S>, some: mask32x16<S>) -> f32 {
-    let column = some.select(column, f32x16::splat(column.simd, f32::INFINITY)).to_array();
-    halve(column, f32::min)
+    some.select(column, f32x16::splat(column.simd, f32::INFINITY)).reduce_min()
 }
 
 /// The greatest of the lanes in `some`.
 #[inline(always)]
 fn greatest<S: Simd>(column: f32x16<S>, some: mask32x16<S>) -> f32 {
-    let column = some.select(column, f32x16::splat(column.simd, f32::NEG_INFINITY)).to_array();
-    halve(column, f32::max)
-}
-
-/// One number of 16, from halves.
-#[inline(always)]
-fn halve(mut column: [f32; LANES], of: impl Fn(f32, f32) -> f32) -> f32 {
-    for half in [8, 4, 2, 1] {
-        for lane in 0..half {
-            column[lane] = of(column[lane], column[lane + half]);
-        }
-    }
-    column[0]
+    some.select(column, f32x16::splat(column.simd, f32::NEG_INFINITY)).reduce_max()
 }
