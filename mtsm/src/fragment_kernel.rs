@@ -36,7 +36,7 @@ pub(crate) struct Stage<'a, T> {
 
 /// Where fewer rays of a packet than these are left in a block, they go on one by
 /// one: its pixels are too small for them to share.
-const ALONE: u32 = 3;
+const ALONE: u32 = 4;
 
 /// Takes from the light of `lanes` what the fragments of the map take for u in
 /// the range of `cone`.
