@@ -157,6 +157,12 @@ impl Scene {
         self.objects.iter().any(|object| !dsm_core::Transmittance::is_mono(object.opacity))
     }
 
+    /// Whether there are volumes in it.
+    #[must_use]
+    pub fn has_media(&self) -> bool {
+        self.objects.iter().any(|object| matches!(&*object.shape, Shape::Volume(_)))
+    }
+
     /// Whether anything moves while the shutter is open.
     #[must_use]
     pub fn is_moving(&self) -> bool {

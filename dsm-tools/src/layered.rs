@@ -4,11 +4,11 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use dsm_core::{LightExtent, LightShape, LightVisibility, Transmittance};
+use dsm_core::{AreaLight, LightExtent, LightShape, LightVisibility, Transmittance};
 use dsm_io::{Container, Limits};
 use mtsm::{
-    FilteredLayers, FragmentTracer, LayeredKind, LayeredReader, MultilayerTracer,
-    SoftPercentageCloser, TraceSettings, TraceStatistics, TracedMap,
+    FilteredLayers, FragmentTracer, LayeredKind, LayeredReader, LeafRule, LightFrame,
+    MultilayerTracer, SoftPercentageCloser, TraceSettings, TraceStatistics, TracedMap,
 };
 
 /// The layered map in a file; none if it is of another kind.
@@ -30,6 +30,8 @@ pub(crate) enum AreaMethod {
         rays: u32,
         /// The length at the receiver that meets nothing; none: the default rule.
         start: Option<f64>,
+        /// Of maps whose layers are no fragments.
+        layers: LayerRule,
     },
     /// Percentage closer filtering over the light's outline.
     Pcf {
@@ -40,10 +42,28 @@ pub(crate) enum AreaMethod {
     },
 }
 
+/// How rays meet layers that have a depth alone; none: the default.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct LayerRule {
+    pub(crate) leaf: Option<LeafRule>,
+    /// In scene units.
+    pub(crate) depth_threshold: Option<f64>,
+}
+
+impl LayerRule {
+    /// Whether anything but the default was asked for.
+    pub(crate) const fn is_given(&self) -> bool {
+        self.leaf.is_some() || self.depth_threshold.is_some()
+    }
+}
+
 /// What is done with the soft shadows of a map, of any kind.
 pub(crate) trait AreaVisitor {
     /// What comes of it.
     type Output;
+
+    /// The light whose shadows they are.
+    fn light(&self, frame: &LightFrame) -> Result<AreaLight>;
 
     /// Uses the shadows; `statistics` tells what they were asked.
     fn visit<V: AreaShadow>(self, shadow: &V) -> Result<Self::Output>;
@@ -56,6 +76,12 @@ pub(crate) trait AreaShadow: LightVisibility<Error = std::convert::Infallible> {
 
     /// What was asked so far.
     fn statistics(&self) -> TraceStatistics;
+
+    /// Whether optical depths of coarse pixels stand for what is far from a
+    /// receiver; none where that is never so.
+    fn has_far_table(&self) -> Option<bool> {
+        None
+    }
 }
 
 impl<M: TracedMap> AreaShadow for MultilayerTracer<'_, M> {
@@ -75,6 +101,10 @@ impl<T: Transmittance> AreaShadow for FragmentTracer<'_, T> {
 
     fn statistics(&self) -> TraceStatistics {
         self.statistics()
+    }
+
+    fn has_far_table(&self) -> Option<bool> {
+        Some(self.has_far_table())
     }
 }
 
@@ -113,11 +143,20 @@ fn with_channels<T: Transmittance, V: AreaVisitor>(
             with_map(&reader.multilayer_depth_map::<T>()?, method, visitor, &path)
         }
         LayeredKind::Fragments => {
-            let AreaMethod::Trace { rays, start } = method else {
+            let AreaMethod::Trace { rays, start, layers } = method else {
                 bail!("{path}: fragments are traced; --coverage 1 makes layers to filter");
             };
+            if layers.is_given() {
+                bail!(
+                    "{path}: fragments have planes; --rule and --z-threshold are for maps of kind \
+                     mtsm, and layers of --coverage 1"
+                );
+            }
             let map = reader.fragment_map::<T>()?;
-            let tracer = FragmentTracer::new(&map).with_context(|| path.clone())?.with_rays(rays);
+            let light = visitor.light(map.frame())?;
+            // Before the rest is set, so that map and light alone decide.
+            let tracer = FragmentTracer::new(&map).with_context(|| path.clone())?;
+            let tracer = tracer.for_light(&light).with_rays(rays);
             visitor.visit(&match start {
                 Some(start) => tracer.with_start(start, start),
                 None => tracer,
@@ -134,8 +173,15 @@ fn with_map<M: TracedMap, V: AreaVisitor>(
     path: &str,
 ) -> Result<V::Output> {
     match method {
-        AreaMethod::Trace { rays, start } => {
-            let settings = TraceSettings { rays, start, ..TraceSettings::default() };
+        AreaMethod::Trace { rays, start, layers } => {
+            let default = TraceSettings::default();
+            let settings = TraceSettings {
+                rule: layers.leaf.unwrap_or(default.rule),
+                depth_threshold: layers.depth_threshold.unwrap_or(default.depth_threshold),
+                start,
+                rays,
+                ..default
+            };
             let tracer = MultilayerTracer::new(map, settings).with_context(|| path.to_owned())?;
             visitor.visit(&tracer)
         }

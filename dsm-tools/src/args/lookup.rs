@@ -7,7 +7,9 @@ use clap::{Args, ValueEnum};
 use dsm_core::{Footprint, LevelChoice};
 
 use super::filtering::{self, FilterName};
+use super::layer_rule::LayerFlags;
 use super::values::{self, Effort};
+use crate::layered::LayerRule;
 
 /// Answers how much light reaches each of many points
 ///
@@ -40,6 +42,8 @@ pub(crate) struct LookupFlags {
     /// diameter; 0: a point (trace, pcf) [default: the map's]
     #[arg(long, value_name = "WxH", value_parser = values::light_size)]
     light_size: Option<[f32; 2]>,
+    #[command(flatten)]
+    layers: LayerFlags,
     /// Which points of the light are taken is a function of this and of the
     /// point's number (trace, pcf)
     #[arg(long, value_name = "N", default_value = "0")]
@@ -60,7 +64,8 @@ pub(crate) struct LookupFlags {
     level: LevelChoice,
     /// Depth that is taken off each point's, in scene units (filter, pcf)
     /// [default: 0]; or the length of a ray at the point that meets nothing
-    /// (trace) [default: a pixel's side at the point's depth]
+    /// (trace) [default: a pixel's side at the point's depth; of fragments a
+    /// share of the ray]
     #[arg(long, value_name = "B", allow_negative_numbers = true)]
     #[arg(value_parser = values::finite)]
     bias: Option<f32>,
@@ -98,6 +103,7 @@ pub(crate) struct Lookup {
     pub(crate) method: Option<MethodName>,
     pub(crate) rays: Option<u32>,
     pub(crate) light_size: Option<[f32; 2]>,
+    pub(crate) layers: LayerRule,
     pub(crate) seed: u64,
     pub(crate) bias: Option<f32>,
     pub(crate) stats: bool,
@@ -110,10 +116,14 @@ impl TryFrom<LookupFlags> for Lookup {
     fn try_from(flags: LookupFlags) -> Result<Self, String> {
         let LookupFlags { map, points, space, filter, width, level, bias, stats, effort, .. } =
             flags;
-        let LookupFlags { method, rays, light_size, seed, .. } = flags;
+        let LookupFlags { method, rays, light_size, layers, seed, .. } = flags;
+        let layers = layers.rule();
         let footprint = filtering::footprint(filter, width)?;
         if method == Some(MethodName::Filter) && (rays.is_some() || light_size.is_some()) {
             return Err("--rays and --light-size are for --method trace and pcf".to_owned());
+        }
+        if layers.is_given() && method.is_some_and(|method| method != MethodName::Trace) {
+            return Err(LayerFlags::NOT_TRACED.to_owned());
         }
         if method == Some(MethodName::Trace) && bias.is_some_and(|bias| bias < 0.0) {
             return Err("--bias: a ray does not start before its point".to_owned());
@@ -127,6 +137,7 @@ impl TryFrom<LookupFlags> for Lookup {
             method,
             rays,
             light_size,
+            layers,
             seed,
             bias,
             stats,

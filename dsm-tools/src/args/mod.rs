@@ -6,6 +6,7 @@ mod demo;
 mod diff;
 mod filtering;
 mod inspect;
+mod layer_rule;
 mod lookup;
 mod merge;
 mod mip;

@@ -7,6 +7,7 @@ use clap::{Args, ValueEnum};
 use dsm_core::{Bias, Footprint, LevelChoice};
 
 use super::filtering::{self, FilterName};
+use super::layer_rule::LayerFlags;
 use super::values::{self, Effort, ImageFile, ImageFormat};
 use crate::layered::AreaMethod;
 
@@ -25,8 +26,9 @@ pub(crate) struct RenderFlags {
     #[arg(value_parser = values::image_file([ImageFormat::Png, ImageFormat::Exr]))]
     output: ImageFile,
     /// The map of the light (.dsm): a deep one (filter), a layered one (trace,
-    /// pcf) [default: one of 512 × 512 pixels that is baked first, a deep one
-    /// of 16 samples and within 0.01]
+    /// pcf) [default: one of 512 × 512 pixels that is baked first: a deep one
+    /// of 16 samples and within 0.01; for trace one of kind layers, or with
+    /// media in the scene or a --rule of kind mtsm]
     #[arg(long, value_name = "MAP.dsm", value_parser = values::dsm_file())]
     map: Option<PathBuf>,
     /// Where the shadows come from: filtered lookups in the deep map; shadow rays
@@ -53,6 +55,8 @@ pub(crate) struct RenderFlags {
     /// diameter; 0: a point (reference) [default: the scene's]
     #[arg(long, value_name = "WxH", value_parser = values::light_size)]
     light_size: Option<[f32; 2]>,
+    #[command(flatten)]
+    layers: LayerFlags,
     /// Which pixels of the map are averaged around a point (filter)
     #[arg(long, value_enum, default_value = "tent")]
     filter: FilterName,
@@ -67,7 +71,7 @@ pub(crate) struct RenderFlags {
     /// Depth that is taken off each point's, in scene units; auto: what the
     /// slope of its surface and the map's pixels ask for (filter, pcf); the
     /// length of a ray at the point that meets nothing; auto: a pixel's side
-    /// there (trace; pcf with --map)
+    /// there, of fragments a share of the ray (trace; pcf with --map)
     #[arg(long, value_name = "auto|B", default_value = "auto", allow_negative_numbers = true)]
     #[arg(value_parser = filtering::bias)]
     bias: Bias,
@@ -146,6 +150,10 @@ impl TryFrom<RenderFlags> for Render {
 
     fn try_from(flags: RenderFlags) -> Result<Self, String> {
         let RenderFlags { rays, width, level, bias, filter, map, .. } = flags;
+        let layers = flags.layers.rule();
+        if layers.is_given() && flags.method != MethodName::Trace {
+            return Err(LayerFlags::NOT_TRACED.to_owned());
+        }
         let method = match flags.method {
             MethodName::Filter => {
                 let footprint = filtering::footprint(filter, width)?;
@@ -156,7 +164,7 @@ impl TryFrom<RenderFlags> for Render {
                 if start.is_some_and(|start| start < 0.0) {
                     return Err("--bias: a ray does not start before its point".to_owned());
                 }
-                Method::Area { map, how: AreaMethod::Trace { rays, start } }
+                Method::Area { map, how: AreaMethod::Trace { rays, start, layers } }
             }
             MethodName::Pcf if map.is_some() => {
                 Method::Area { map, how: AreaMethod::Pcf { taps: rays, bias: depth(bias) } }

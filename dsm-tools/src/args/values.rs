@@ -132,6 +132,13 @@ pub(super) fn finite(text: &str) -> Result<f32, String> {
     })
 }
 
+/// A length in scene units.
+pub(super) fn length(text: &str) -> Result<f32, String> {
+    finite(text).and_then(|length| {
+        if length >= 0.0 { Ok(length) } else { Err("it must not be negative".to_owned()) }
+    })
+}
+
 /// A depth, which may be infinite: then everything lies in front of it.
 pub(super) fn depth(text: &str) -> Result<f32, String> {
     number(text).and_then(|depth| {
@@ -211,6 +218,8 @@ mod tests {
     fn numbers_are_what_their_switches_can_use() {
         assert_eq!(finite("-0.5"), Ok(-0.5));
         assert!(finite("inf").is_err() && finite("nan").is_err() && finite("1_0").is_err());
+        assert_eq!(length("0.5"), Ok(0.5));
+        assert!(length("-0.5").is_err() && length("nan").is_err());
         assert_eq!(depth("inf"), Ok(f32::INFINITY));
         assert!(depth("NaN").is_err());
         assert_eq!(tolerance("0.02").map(Tolerance::epsilon), Ok(0.02_f32));

@@ -7,12 +7,12 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
 use dsm_core::{
-    Bias, Facing, Footprint, LevelChoice, LightExtent, Pyramid, Receiver, Rgb, ShadedPoint,
-    ShadowLookup, Transmittance, VisibilityField,
+    AreaLight, Bias, Facing, Footprint, LevelChoice, LightExtent, Pyramid, Receiver, Rgb,
+    ShadedPoint, ShadowLookup, Transmittance, VisibilityField,
 };
 use dsm_io::{AnyCachedMap, CachedMap, CursorPool, Limits, TileCache};
 use glam::DVec3;
-use mtsm::{LayeredReader, TraceStatistics};
+use mtsm::{LayeredReader, LightFrame, TraceStatistics};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -44,6 +44,16 @@ struct Statistics {
     /// Rays of points that lie no deeper than the light.
     #[serde(skip_serializing_if = "Option::is_none")]
     beside: Option<u64>,
+    /// Whether a far table was used.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    far_table: Option<bool>,
+}
+
+/// What a method of area lights has to say for itself.
+#[derive(Clone, Copy, Default)]
+struct Traced {
+    statistics: Option<TraceStatistics>,
+    far_table: Option<bool>,
 }
 
 pub(crate) fn run(request: &Lookup) -> Result<()> {
@@ -61,6 +71,9 @@ pub(crate) fn run(request: &Lookup) -> Result<()> {
         if request.rays.is_some() || request.light_size.is_some() {
             bail!("{}: --rays and --light-size are for layered maps", request.map.display());
         }
+        if request.layers.is_given() {
+            bail!("{}: --rule and --z-threshold are for layered maps", request.map.display());
+        }
         let cache = TileCache::new(filtering::TILE_BYTES);
         let map = AnyCachedMap::open(&cache, &request.map, &Limits::default())?;
         let open_s = start.elapsed().as_secs_f64();
@@ -68,7 +81,7 @@ pub(crate) fn run(request: &Lookup) -> Result<()> {
             AnyCachedMap::Mono(map) => answer_cached(map, request),
             AnyCachedMap::Rgb(map) => answer_cached(map, request),
         }?;
-        print_statistics(request, points, time, open_s, None)
+        print_statistics(request, points, time, open_s, Traced::default())
     })
 }
 
@@ -77,9 +90,10 @@ fn print_statistics(
     points: u64,
     time: Duration,
     open_s: f64,
-    traced: Option<TraceStatistics>,
+    traced: Traced,
 ) -> Result<()> {
     if request.stats {
+        let Traced { statistics: traced, far_table } = traced;
         let statistics = Statistics {
             points,
             rays: traced.map_or(0, |traced| traced.rays),
@@ -87,6 +101,7 @@ fn print_statistics(
             lookup_s: time.as_secs_f64(),
             leaving: traced.map(|traced| traced.leaving),
             beside: traced.map(|traced| traced.beside),
+            far_table,
         };
         writeln!(io::stderr(), "{}", serde_json::to_string(&statistics)?)?;
     }
@@ -102,8 +117,14 @@ fn run_layered(reader: &LayeredReader, request: &Lookup, start: Instant) -> Resu
         }
         Some(MethodName::Filter) => return filter_runs::<Rgb>(reader, request, start),
         Some(MethodName::Pcf) => AreaMethod::Pcf { taps: rays, bias: Some(bias.unwrap_or(0.0)) },
-        _ => AreaMethod::Trace { rays, start: bias },
+        _ if bias.is_some_and(|bias| bias < 0.0) => {
+            bail!("--bias: a ray does not start before its point");
+        }
+        _ => AreaMethod::Trace { rays, start: bias, layers: request.layers },
     };
+    if request.layers.is_given() && !matches!(method, AreaMethod::Trace { .. }) {
+        bail!("{}: --rule and --z-threshold are for --method trace", request.map.display());
+    }
     if request.footprint != Footprint::Point || request.level != LevelChoice::FINEST {
         bail!("{}: --filter and --level are for --method filter", request.map.display());
     }
@@ -130,7 +151,7 @@ fn filter_runs<T: Transmittance>(
     let (points, time) = answer_all(request, |_, points| {
         lights(&pyramid, &world, request, points).map_err(|never| match never {})
     })?;
-    print_statistics(request, points, time, open_s, None)
+    print_statistics(request, points, time, open_s, Traced::default())
 }
 
 /// Answers points by the soft shadows of a layered map.
@@ -143,9 +164,13 @@ struct AnswerArea<'a> {
 impl AreaVisitor for AnswerArea<'_> {
     type Output = ();
 
+    fn light(&self, frame: &LightFrame) -> Result<AreaLight> {
+        Ok(frame.area_light(self.light))
+    }
+
     fn visit<V: AreaShadow>(self, shadow: &V) -> Result<()> {
-        let Self { request, light, start } = self;
-        let light = shadow.frame().area_light(light);
+        let light = self.light(shadow.frame())?;
+        let Self { request, start, .. } = self;
         let seed = request.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
         let open_s = start.elapsed().as_secs_f64();
         let (points, time) = answer_all(request, |first, points| {
@@ -162,7 +187,9 @@ impl AreaVisitor for AnswerArea<'_> {
             let done = shadow.visibilities(&points, &light, &mut lights);
             done.map(|()| lights).map_err(|never| match never {})
         })?;
-        print_statistics(request, points, time, open_s, Some(shadow.statistics()))
+        let traced =
+            Traced { statistics: Some(shadow.statistics()), far_table: shadow.has_far_table() };
+        print_statistics(request, points, time, open_s, traced)
     }
 }
 

@@ -7,8 +7,8 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use dsm_core::{
-    BakeSettings, Bias, BiasSummary, Footprint, LevelChoice, LightVisibility, MapInfo, Rgb,
-    ShadowLookup, Tolerance, Transmittance,
+    AreaLight, BakeSettings, Bias, BiasSummary, Footprint, LevelChoice, LightVisibility, MapInfo,
+    Rgb, ShadowLookup, Tolerance, Transmittance,
 };
 use dsm_io::{
     AnyCachedMap, BakeOptions, CachedMap, CachedShadow, Limits, PyramidOptions, TileCache,
@@ -18,8 +18,8 @@ use dsm_scene::{
     TracedScene, open_scene,
 };
 use mtsm::{
-    DepthMap, DepthMapSettings, LayeredKind, MultilayerSettings, PercentageCloserFilter,
-    PercentageCloserShadow,
+    DepthMap, DepthMapSettings, LayeredKind, LightFrame, MultilayerSettings,
+    PercentageCloserFilter, PercentageCloserShadow,
 };
 use serde::Serialize;
 
@@ -231,7 +231,7 @@ impl RenderJob<'_> {
             None => {
                 folder = tempfile::tempdir().context("cannot make a folder for the map")?;
                 baked = folder.path().join("map.dsm");
-                self.bake_layers(&baked)?;
+                self.bake_layers(&baked, how)?;
                 &baked
             }
         };
@@ -241,15 +241,19 @@ impl RenderJob<'_> {
         layered::with_shadow(&reader, how, RenderArea { job: self, started })
     }
 
-    /// Bakes the layers that the light's rays may meet.
-    fn bake_layers(&self, path: &Path) -> Result<()> {
+    /// Bakes the layers that the light's rays may meet: fragments, which come
+    /// closest to rays through the scene, unless there is what they cannot hold
+    /// or what does not go with them.
+    fn bake_layers(&self, path: &Path, how: AreaMethod) -> Result<()> {
         let settings = MultilayerSettings::new([RESOLUTION; 2])?;
-        let layers = LayersRequest {
-            kind: LayeredKind::Mtsm,
-            max_layers: settings.max_layers,
-            resets: settings.resets,
-            coverage: 1,
+        let has_rule = matches!(how, AreaMethod::Trace { layers, .. } if layers.is_given());
+        let kind = if has_rule || self.scene.has_media() {
+            LayeredKind::Mtsm
+        } else {
+            LayeredKind::Fragments
         };
+        let MultilayerSettings { max_layers, resets, .. } = settings;
+        let layers = LayersRequest { kind, max_layers, resets, coverage: 8 };
         let name = self.request.scene.to_string_lossy();
         let job = self.bake_job(&name, settings.bake, None);
         LayersJob { job: &job, layers }.run(path).map(drop)
@@ -356,6 +360,10 @@ struct RenderArea<'a, 'b> {
 
 impl AreaVisitor for RenderArea<'_, '_> {
     type Output = Rendered;
+
+    fn light(&self, _: &LightFrame) -> Result<AreaLight> {
+        Ok(self.job.scene.light.area()?)
+    }
 
     fn visit<V: AreaShadow>(self, shadow: &V) -> Result<Rendered> {
         let map_s = self.started.elapsed().as_secs_f64();

@@ -35,17 +35,17 @@ mesh = "pane.obj"
 transform = { scale = 5.0 }
 "#;
 
-fn scene(folder: &Folder, opacity: &str) -> PathBuf {
+pub(crate) fn scene(folder: &Folder, opacity: &str) -> PathBuf {
     folder.write("pane.obj", "v -0.5 0 -0.5\nv 0.5 0 -0.5\nv 0.5 0 0.5\nv -0.5 0 0.5\nf 1 2 3 4\n");
     folder.write("scene.toml", SCENE.replace("OPACITY", opacity))
 }
 
-fn points(folder: &Folder) -> PathBuf {
+pub(crate) fn points(folder: &Folder) -> PathBuf {
     folder.write("p.csv", "x,y,z\n0,0.5,0\n2,0.5,0\n0,-0.5,0\n0,4.9,0\nnan,0,0\n")
 }
 
 /// The lights of an answer of one channel.
-fn lights(answer: &str) -> Vec<f64> {
+pub(crate) fn lights(answer: &str) -> Vec<f64> {
     answer.lines().skip(1).map(|line| line.parse().unwrap()).collect()
 }
 

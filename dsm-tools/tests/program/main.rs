@@ -15,5 +15,6 @@ mod merge;
 mod mip;
 mod render;
 mod run;
+mod soft_shadows;
 mod usage;
 mod verify;

@@ -1,0 +1,42 @@
+//! The switches that say how shadow rays meet layers.
+
+use clap::{Args, ValueEnum};
+use mtsm::LeafRule;
+
+use super::values;
+use crate::layered::LayerRule;
+
+/// How rays meet layers that have a depth alone.
+#[derive(Clone, Copy, Debug, Args)]
+pub(super) struct LayerFlags {
+    /// What a ray loses at each sample of a layer: the same share of its light
+    /// (v_i / v_i-1)^(1 / count), or dv = (v_i-1 - v_i) / count (trace, of kind
+    /// mtsm or layers without masks) [default: ratio]
+    #[arg(long, value_enum)]
+    rule: Option<RuleName>,
+    /// How far a sample reaches in depth to either side, in scene units (trace,
+    /// of kind mtsm or layers without masks) [default: 0]
+    #[arg(long, value_name = "Z", allow_negative_numbers = true)]
+    #[arg(value_parser = values::length)]
+    z_threshold: Option<f32>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum RuleName {
+    Ratio,
+    Subtract,
+}
+
+impl LayerFlags {
+    /// What is said of them where no layers are traced.
+    pub(super) const NOT_TRACED: &str = "--rule and --z-threshold are for --method trace";
+
+    /// What they ask for.
+    pub(super) fn rule(&self) -> LayerRule {
+        let leaf = self.rule.map(|rule| match rule {
+            RuleName::Ratio => LeafRule::Ratio,
+            RuleName::Subtract => LeafRule::Subtract,
+        });
+        LayerRule { leaf, depth_threshold: self.z_threshold.map(f64::from) }
+    }
+}
