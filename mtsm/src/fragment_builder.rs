@@ -5,18 +5,12 @@ use dsm_core::{
 };
 use rayon::prelude::*;
 
+use crate::block_hits::BlockHits;
+use crate::fragment_groups::{Grouping, SampleGrid};
 use crate::{Fragment, FragmentColumns, FragmentMap, LightFrame};
 
 /// Pixels along the side of what is asked for at once.
-const TILE: u32 = 32;
-
-/// How far two hits of a pixel may lie from each other's planes and still be one
-/// fragment: in sides of a pixel at their depth. More, and lit surfaces shade
-/// themselves.
-const SAME_PLANE: f64 = 0.05;
-
-/// The same for hits without a normal, whose depth within the pixel is unknown.
-const SAME_DEPTH: f64 = 0.2;
+const TILE: u32 = 16;
 
 /// Builds a [`FragmentMap`] from what a [`HitSource`] shows at 1, 2 × 2, 4 × 4
 /// or 8 × 8 places of each pixel, when the shutter is half way.
@@ -61,22 +55,36 @@ pub struct FragmentBuilder {
     layers: u32,
 }
 
-/// One hit of a pixel.
-#[derive(Clone, Copy, Debug)]
-struct PixelHit<T> {
-    /// At the place of the sample.
-    w: f64,
-    sample: u32,
-    gradient: Option<[f64; 2]>,
-    opacity: T,
+/// What a map of fragments was built from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FragmentCounts {
+    /// Surfaces that the samples met.
+    pub hits: u64,
+    /// Pixels of which fragments were left out because there were too many.
+    pub cut_pixels: u64,
 }
 
-/// Hits of a pixel in one plane.
-#[derive(Clone, Copy, Debug)]
-struct Group<T> {
-    first: PixelHit<T>,
-    nearest: f64,
-    coverage: u64,
+/// What a thread builds with; keeps its memory from block to block.
+struct Scratch<T: Transmittance> {
+    hits: TileHits<T>,
+    block: BlockHits<T>,
+    grouping: Grouping<T>,
+}
+
+impl<T: Transmittance> Default for Scratch<T> {
+    fn default() -> Self {
+        let (block, grouping) = (BlockHits::default(), Grouping::default());
+        Self { hits: TileHits::with_normals(0), block, grouping }
+    }
+}
+
+/// The fragments of a block of pixels.
+struct Block<T> {
+    width: u32,
+    fragments: Vec<Fragment<T>>,
+    /// Where those of each pixel end.
+    ends: Vec<u32>,
+    counts: FragmentCounts,
 }
 
 impl FragmentBuilder {
@@ -147,7 +155,8 @@ impl FragmentBuilder {
     }
 
     /// Asks `source` for all pixels, 32 × 32 at a time, in parallel. O(h log h)
-    /// for the h hits of a pixel, and O(h) for each fragment in it.
+    /// for the h hits of a pixel, and O(o) for a hit with o fragments near it in
+    /// depth.
     ///
     /// # Errors
     ///
@@ -158,8 +167,25 @@ impl FragmentBuilder {
         T: Transmittance,
         S: HitSource<T>,
     {
+        self.build_counted(source).map(|(map, _)| map)
+    }
+
+    /// The same, and what it was built from.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::build`].
+    pub fn build_counted<T, S>(
+        &self,
+        source: &S,
+    ) -> std::result::Result<(FragmentMap<T>, FragmentCounts), S::Error>
+    where
+        T: Transmittance,
+        S: HitSource<T>,
+    {
         let [width, height] = self.frame.size();
-        let (columns, rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
+        let columns = width.div_ceil(TILE);
+        let grid = SampleGrid::new(self.coverage, self.frame.footprint(1.0));
         let mut map = FragmentColumns {
             offsets: vec![0],
             w: Vec::new(),
@@ -167,181 +193,86 @@ impl FragmentBuilder {
             opacities: Vec::new(),
             coverage: Vec::new(),
         };
+        let mut counts = FragmentCounts::default();
         // A row of tiles at a time, so that no more is held twice.
-        for row in 0..rows {
-            let tiles: std::result::Result<Vec<_>, S::Error> = (0..columns)
+        for top in (0..height).step_by(TILE as usize) {
+            let blocks: std::result::Result<Vec<_>, S::Error> = (0..columns)
                 .into_par_iter()
-                .map(|column| {
-                    let min = [column * TILE, row * TILE];
+                .map_init(Scratch::default, |scratch, column| {
+                    let min = [column * TILE, top];
                     let size = [width - min[0], height - min[1]].map(|side| side.min(TILE));
-                    self.tile(source, min, size)
+                    self.block(source, min, size, &grid, scratch)
                 })
                 .collect();
-            let tiles = tiles?;
-            for y in 0..TILE.min(height - row * TILE) {
-                for (lists, side) in &tiles {
-                    let pixels = (y * side) as usize..((y + 1) * side) as usize;
-                    for list in &lists[pixels] {
-                        list.iter().for_each(|fragment| push(&mut map, fragment));
-                        let count = map.w.len() as u64;
-                        let limit = u64::from(u32::MAX);
-                        if count > limit {
-                            return Err(Error::TooLarge { what: "fragments", count, limit }.into());
-                        }
-                        map.offsets.push(count as u32);
-                    }
-                }
+            let blocks = blocks?;
+            for block in &blocks {
+                counts.hits += block.counts.hits;
+                counts.cut_pixels += block.counts.cut_pixels;
+            }
+            for y in 0..TILE.min(height - top) {
+                blocks.iter().try_for_each(|block| append(&mut map, block, y))?;
             }
         }
-        Ok(FragmentMap::new(self.frame, map)?)
+        Ok((FragmentMap::new(self.frame, map)?, counts))
     }
 
-    /// The fragments of a block of pixels, and its width.
-    #[expect(clippy::type_complexity, reason = "only the tile's lists and their row length")]
-    fn tile<T, S>(
+    /// The fragments of a block of pixels.
+    fn block<T, S>(
         &self,
         source: &S,
         min: [u32; 2],
         size: [u32; 2],
-    ) -> std::result::Result<(Vec<Vec<Fragment<T>>>, u32), S::Error>
+        grid: &SampleGrid,
+        scratch: &mut Scratch<T>,
+    ) -> std::result::Result<Block<T>, S::Error>
     where
         T: Transmittance,
         S: HitSource<T>,
     {
+        let Scratch { hits, block, grouping } = scratch;
         let camera = Some((&self.camera, self.frame.size()));
         // Maps have at most 2²⁴ pixels a side.
         let corner = min.map(|side| side as i32);
         let samples = TileSamples::new(&self.sampling, corner, size, camera)?;
-        let mut hits = TileHits::with_normals(samples.len());
-        source.hits(&samples, &mut hits)?;
+        hits.reset(samples.len());
+        source.hits(&samples, hits)?;
         if !hits.segments().is_empty() {
             let reason = "a fragment map holds surfaces, no media";
             return Err(Error::Setting { setting: "scene", reason }.into());
         }
+        block.fill(&self.frame, &samples, hits);
+        let mut fragments = Vec::new();
+        let mut counts = FragmentCounts { hits: hits.surface_count() as u64, cut_pixels: 0 };
         let per_pixel = samples.samples_per_pixel();
-        let pixels = (size[0] * size[1]) as usize;
-        let mut lists: Vec<Vec<PixelHit<T>>> = vec![Vec::new(); pixels];
-        let mut normals = hits.normals().iter().peekable();
-        for (index, (sample, hit)) in (0_u32..).zip(hits.surfaces()) {
-            let normal = normals.next_if(|(of, _)| *of == index).map(|&(_, normal)| normal);
-            let depth = f64::from(hit.depth);
-            if depth <= self.frame.light_depth() || depth <= 0.0 {
-                continue;
-            }
-            let (x, y) = (samples.x()[sample as usize], samples.y()[sample as usize]);
-            let gradient =
-                normal.and_then(|normal| self.frame.plane(x, y, depth, normal.as_dvec3()));
-            let of = PixelHit {
-                w: depth.recip(),
-                sample: sample % per_pixel,
-                gradient,
-                opacity: hit.opacity,
-            };
-            if of.w.is_finite() {
-                lists[(sample / per_pixel) as usize].push(of);
-            }
-        }
-        let mut groups = Vec::new();
-        let lists = lists.into_iter().map(|mut list| self.fragments(&mut list, &mut groups));
-        Ok((lists.collect(), size[0]))
-    }
-
-    /// The fragments of a pixel's hits, the farthest first.
-    fn fragments<T: Transmittance>(
-        &self,
-        hits: &mut [PixelHit<T>],
-        groups: &mut Vec<Group<T>>,
-    ) -> Vec<Fragment<T>> {
-        // The order in which a source finds things must not show.
-        hits.sort_by(|a, b| {
-            let order = a.w.total_cmp(&b.w).then(a.sample.cmp(&b.sample));
-            order.then_with(|| {
-                let opacity = |hit: &PixelHit<T>| hit.opacity.channel(0);
-                opacity(a).total_cmp(&opacity(b))
-            })
+        let ends = (0..size[0] * size[1]).map(|pixel| {
+            let hits = block.pixel(pixel * per_pixel, (pixel + 1) * per_pixel);
+            let is_cut = grouping.append(grid, hits, self.layers, &mut fragments);
+            counts.cut_pixels += u64::from(is_cut);
+            fragments.len() as u32
         });
-        groups.clear();
-        for hit in &*hits {
-            let bit = self.squares(hit.sample);
-            let fits = |group: &&mut Group<T>| {
-                group.coverage & bit == 0
-                    && group.first.opacity == hit.opacity
-                    && self.in_one_plane(&group.first, hit)
-            };
-            match groups.iter_mut().rev().find(fits) {
-                Some(group) => {
-                    group.coverage |= bit;
-                    group.nearest = group.nearest.max(hit.w);
-                }
-                None => groups.push(Group { first: *hit, nearest: hit.w, coverage: bit }),
-            }
-        }
-        if groups.len() > self.layers as usize {
-            groups.sort_by(|a, b| b.nearest.total_cmp(&a.nearest));
-            groups.truncate(self.layers as usize);
-        }
-        let mut list: Vec<_> = groups.iter().map(|group| self.fragment(group)).collect();
-        list.sort_by(|a, b| {
-            let key = |one: &Fragment<T>| (one.coverage, one.opacity.channel(0).to_bits());
-            a.w.total_cmp(&b.w).then_with(|| key(a).cmp(&key(b)))
-        });
-        list
-    }
-
-    /// Whether each hit lies in the plane of the other, as far as a map can
-    /// tell.
-    fn in_one_plane<T>(&self, a: &PixelHit<T>, b: &PixelHit<T>) -> bool {
-        let near = |sides: f64| sides * self.frame.footprint(1.0) * a.w.max(b.w);
-        let [dx, dy] = self.between(a.sample, b.sample);
-        let step = |gradient: [f64; 2]| gradient[0] * dx + gradient[1] * dy;
-        match (a.gradient, b.gradient) {
-            (None, None) => (b.w - a.w).abs() <= near(SAME_DEPTH),
-            (Some(of_a), Some(of_b)) => {
-                let apart = [of_a, of_b].map(|of| (b.w - a.w - step(of)).abs());
-                apart[0].max(apart[1]) <= near(SAME_PLANE)
-            }
-            _ => false,
-        }
-    }
-
-    fn fragment<T: Transmittance>(&self, group: &Group<T>) -> Fragment<T> {
-        let PixelHit { w, sample, gradient, opacity } = group.first;
-        let coverage = group.coverage;
-        let gradient32 = gradient.map(|gradient| gradient.map(|along| along as f32 + 0.0));
-        match (gradient, gradient32) {
-            (Some(along), Some(gradient)) if gradient.iter().all(|along| along.is_finite()) => {
-                let [x, y] = self.place(sample);
-                let w = w + along[0] * (0.5 - x) + along[1] * (0.5 - y);
-                Fragment { w: w as f32, gradient, opacity, coverage }
-            }
-            _ => Fragment { w: w as f32, gradient: Fragment::<T>::FACING, opacity, coverage },
-        }
-    }
-
-    /// Where a sample is in its pixel.
-    fn place(&self, sample: u32) -> [f64; 2] {
-        let side = self.coverage;
-        [sample % side, sample / side].map(|at| (f64::from(at) + 0.5) / f64::from(side))
-    }
-
-    fn between(&self, a: u32, b: u32) -> [f64; 2] {
-        let (a, b) = (self.place(a), self.place(b));
-        [b[0] - a[0], b[1] - a[1]]
-    }
-
-    /// The squares of the mask that a sample stands for.
-    fn squares(&self, sample: u32) -> u64 {
-        let side = 8 / self.coverage;
-        let (column, row) = (sample % self.coverage * side, sample / self.coverage * side);
-        let line = ((1_u64 << side) - 1) << column;
-        (row..row + side).fold(0, |bits, row| bits | line << (8 * row))
+        let ends = ends.collect();
+        Ok(Block { width: size[0], fragments, ends, counts })
     }
 }
 
-fn push<T: Transmittance>(map: &mut FragmentColumns<T>, fragment: &Fragment<T>) {
-    map.w.push(fragment.w);
-    map.gradients[0].push(fragment.gradient[0]);
-    map.gradients[1].push(fragment.gradient[1]);
-    map.opacities.push(fragment.opacity);
-    map.coverage.push(fragment.coverage);
+/// Appends row `y` of a block.
+fn append<T: Transmittance>(map: &mut FragmentColumns<T>, block: &Block<T>, y: u32) -> Result<()> {
+    let row = (y * block.width) as usize;
+    let first = row.checked_sub(1).map_or(0, |before| block.ends[before]);
+    let ends = &block.ends[row..row + block.width as usize];
+    let last = ends.last().copied().unwrap_or(first);
+    let before = map.w.len() as u64;
+    let (count, limit) = (before + u64::from(last - first), u64::from(u32::MAX));
+    if count > limit {
+        return Err(Error::TooLarge { what: "fragments", count, limit });
+    }
+    let fragments = &block.fragments[first as usize..last as usize];
+    map.offsets.extend(ends.iter().map(|end| before as u32 + (end - first)));
+    map.w.extend(fragments.iter().map(|fragment| fragment.w));
+    for (axis, gradients) in map.gradients.iter_mut().enumerate() {
+        gradients.extend(fragments.iter().map(|fragment| fragment.gradient[axis]));
+    }
+    map.opacities.extend(fragments.iter().map(|fragment| fragment.opacity));
+    map.coverage.extend(fragments.iter().map(|fragment| fragment.coverage));
+    Ok(())
 }

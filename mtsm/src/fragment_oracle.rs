@@ -1,7 +1,7 @@
 //! Tracing fragments as naively as can be, and what the tracer is compared
 //! with.
 
-use dsm_core::{AreaLight, LightVisibility, ShadedPoint, ShadowCamera};
+use dsm_core::{AreaLight, LightVisibility, ShadedPoint, ShadowCamera, Transmittance};
 use fearless_simd::Level;
 use glam::{DVec3, Mat4, Vec4};
 use proptest::prelude::*;
@@ -26,8 +26,17 @@ pub(crate) fn frame(size: [u32; 2], light_depth: f64) -> LightFrame {
 }
 
 /// A map of these fragments, pixel by pixel.
-fn map(frame: LightFrame, pixels: &[Vec<Fragment<f32>>]) -> FragmentMap<f32> {
-    let mut columns = FragmentColumns { offsets: vec![0], ..FragmentColumns::default() };
+pub(crate) fn map<T: Transmittance>(
+    frame: LightFrame,
+    pixels: &[Vec<Fragment<T>>],
+) -> FragmentMap<T> {
+    let mut columns = FragmentColumns {
+        offsets: vec![0],
+        w: Vec::new(),
+        gradients: [Vec::new(), Vec::new()],
+        opacities: Vec::new(),
+        coverage: Vec::new(),
+    };
     for pixel in pixels {
         let mut pixel = pixel.clone();
         pixel.sort_by(|a, b| a.w.total_cmp(&b.w));
@@ -44,17 +53,21 @@ fn map(frame: LightFrame, pixels: &[Vec<Fragment<f32>>]) -> FragmentMap<f32> {
 }
 
 /// Where rays start: for planes, and for what faces the camera.
-const STARTS: [f64; 2] = [0.01, 0.3];
+pub(crate) const STARTS: [f64; 2] = [0.01, 0.3];
 
 /// What is left of a ray's light after every fragment of every pixel, in `f64`;
 /// `None` if some crossing is too close to an edge to be sure.
-fn naive(map: &FragmentMap<f32>, receiver: DVec3, light: DVec3) -> Option<f64> {
+pub(crate) fn naive<T: Transmittance>(
+    map: &FragmentMap<T>,
+    receiver: DVec3,
+    light: DVec3,
+) -> Option<T::Sum> {
     let frame = map.frame();
-    let Some(ray) = frame.ray(receiver, light, STARTS[0]) else { return Some(1.0) };
+    let mut left = T::CLEAR.to_sum();
+    let Some(ray) = frame.ray(receiver, light, STARTS[0]) else { return Some(left) };
     let later = frame.ray(receiver, light, STARTS[1]).map_or(f64::INFINITY, |ray| ray.range()[0]);
     let [place_x, place_y] = ray.at(0.0);
     let [along_x, along_y] = ray.slope();
-    let mut left = 1.0;
     let [width, height] = map.size();
     for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
         let corner = [f64::from(x), f64::from(y)];
@@ -77,14 +90,16 @@ fn naive(map: &FragmentMap<f32>, receiver: DVec3, light: DVec3) -> Option<f64> {
                 }
             }
             if w >= start && w < end && fragment.covers(within) {
-                left *= 1.0 - f64::from(fragment.opacity);
+                for (channel, left) in left.as_mut().iter_mut().enumerate() {
+                    *left *= 1.0 - f64::from(fragment.opacity.channel(channel));
+                }
             }
         }
     }
     Some(left)
 }
 
-fn config(seed: u64) -> ProptestConfig {
+pub(crate) fn config(seed: u64) -> ProptestConfig {
     let long = std::env::var_os("DSM_LONG_TESTS").is_some_and(|value| value == "1");
     ProptestConfig {
         cases: if long { 20_000 } else { 256 },
@@ -94,7 +109,7 @@ fn config(seed: u64) -> ProptestConfig {
     }
 }
 
-fn fragment() -> impl Strategy<Value = Fragment<f32>> {
+pub(crate) fn fragment() -> impl Strategy<Value = Fragment<f32>> {
     let slope = prop_oneof![Just(0.0_f32), -0.01_f32..0.01, -0.2_f32..0.2];
     let gradient = prop_oneof![
         1 => Just(Fragment::<f32>::FACING),
@@ -133,7 +148,7 @@ fn pixels() -> impl Strategy<Value = ([u32; 2], Pixels)> {
     })
 }
 
-fn point(depths: std::ops::Range<f64>) -> impl Strategy<Value = DVec3> {
+pub(crate) fn point(depths: std::ops::Range<f64>) -> impl Strategy<Value = DVec3> {
     (-1.2_f64..1.2, -1.2_f64..1.2, depths).prop_map(|(x, y, z)| DVec3::new(x * z, y * z, -z))
 }
 
@@ -164,7 +179,7 @@ proptest! {
         let mut sum = 0.0;
         for &light in &lights {
             let alone = f64::from(tracer.mean(receiver, &[light], &mut scratch));
-            if let Some(expected) = naive(&map, receiver, light) {
+            if let Some([expected]) = naive(&map, receiver, light) {
                 // Halves: one hit more or less shows.
                 prop_assert_eq!(alone, expected);
             }

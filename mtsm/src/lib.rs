@@ -19,6 +19,7 @@
 //! [`DepthMap`] keeps one depth a sample; [`PercentageCloserFilter`] makes soft
 //! shadows of it.
 
+mod block_hits;
 mod blocking;
 mod build;
 mod depth_layers;
@@ -26,6 +27,11 @@ mod depth_map;
 mod far_table;
 mod fragment;
 mod fragment_builder;
+#[cfg(test)]
+mod fragment_builder_oracle;
+#[cfg(test)]
+mod fragment_colours;
+mod fragment_groups;
 mod fragment_kernel;
 mod fragment_map;
 #[cfg(test)]
@@ -64,7 +70,7 @@ pub use build::{BakedLayers, MultilayerBaker};
 pub use depth_layers::{DepthLayers, MultilayerDepthMap};
 pub use depth_map::{DepthMap, DepthMapSettings};
 pub use fragment::Fragment;
-pub use fragment_builder::FragmentBuilder;
+pub use fragment_builder::{FragmentBuilder, FragmentCounts};
 pub use fragment_map::{FragmentColumns, FragmentMap};
 pub use fragment_tracer::{FragmentTracer, TraceScratch};
 pub use layer::{Layer, LayerRun};

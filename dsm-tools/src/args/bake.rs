@@ -141,6 +141,16 @@ pub(crate) struct LayersRequest {
     pub(crate) coverage: u32,
 }
 
+impl LayersRequest {
+    /// Samples that each of the settings' samples stands for.
+    pub(crate) const fn samples(&self) -> u32 {
+        match self.kind {
+            LayeredKind::Fragments => self.coverage * self.coverage,
+            _ => 1,
+        }
+    }
+}
+
 /// 1, 2, 4 or 8.
 fn coverage(text: &str) -> Result<u32, String> {
     match text.parse() {
@@ -204,9 +214,11 @@ impl TryFrom<BakeFlags> for Bake {
         };
         settings.filter = Filter::new(shape, width).map_err(text)?;
         settings.tolerance = flags.tolerance.0;
-        if layers.is_some() && settings.tolerance.is_none() {
-            let tolerance = Tolerance::new(MultilayerSettings::TOLERANCE).map_err(text)?;
-            settings.tolerance = Some(tolerance);
+        if let (Some(layers), None) = (layers, settings.tolerance) {
+            // Surfaces are kept as they are.
+            let is_mtsm = layers.kind == LayeredKind::Mtsm;
+            let epsilon = if is_mtsm { MultilayerSettings::TOLERANCE } else { 0.0 };
+            settings.tolerance = Some(Tolerance::new(epsilon).map_err(text)?);
         }
         let coloured = match flags.channels {
             ChannelsName::Auto => None,

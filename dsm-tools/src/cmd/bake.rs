@@ -48,7 +48,7 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
         if job.is_coloured() { "RGB" } else { "mono" },
         request.settings.tolerance().epsilon(),
         report.bytes,
-        job.samples(),
+        job.samples() * request.layers.map_or(1, |layers| layers.samples().into()),
         report.hits,
         opened.as_secs_f64(),
         (started.elapsed() - opened).as_secs_f64(),

@@ -92,7 +92,10 @@ fn layered_maps_are_baked_traced_and_filtered() {
 fn fragments_are_what_layers_are_unless_asked_otherwise() {
     let folder = Folder::new();
     let (scene, points, map) = (scene(&folder, "0.75"), points(&folder), folder.path("f.dsm"));
-    run!("bake", scene, "-o", map, "--kind", "layers", "--resolution", "64", "--quiet").stdout();
+    let told = run!("bake", scene, "-o", map, "--kind", "layers", "--resolution", "64").stdout();
+    // 64 places a pixel, 378 × 378 of them on the floor, 114 × 114 on the pane.
+    assert!(told.contains("262144 samples met 155880 surfaces"), "{told}");
+    assert!(told.contains("mono, tolerance 0, "), "{told}");
     run!("verify", map).stdout();
     let traced = run!("lookup", map, "--points", points, "--rays", "64").stdout();
     assert_eq!(lights(&traced), [0.25, 1.0, 0.0, 1.0, 1.0]);

@@ -6,12 +6,13 @@ use dsm_core::{HitSource, MapInfo, Transmittance};
 use dsm_io::{
     AchievedError, Block, ColumnReader, EncodedTile, Error, Metadata, Result, TileColumn, TileId,
 };
+use rayon::prelude::*;
 
 use super::bake::{LayeredReport, LayeredWriter};
 use super::tile::StoredTile;
 use super::{LayeredKeys, LayeredKind};
 use crate::row_order::PixelBlock;
-use crate::{Fragment, FragmentBuilder, FragmentColumns, Layering};
+use crate::{Fragment, FragmentBuilder, FragmentColumns, FragmentCounts, Layering};
 
 /// The fragments of a tile.
 #[derive(Clone, Debug)]
@@ -167,7 +168,8 @@ pub fn bake_fragments<T: Transmittance, S: HitSource<T>>(
 where
     S::Error: std::error::Error + Send + Sync + 'static,
 {
-    let map = builder.build::<T, S>(source).map_err(|error| Error::HitSource(Box::new(error)))?;
+    let built = builder.build_counted::<T, S>(source);
+    let (map, counts) = built.map_err(|error| Error::HitSource(Box::new(error)))?;
     let [width, height] = map.size();
     let coverage = builder.coverage();
     let info = MapInfo {
@@ -188,17 +190,25 @@ where
         LayeredWriter::create(output, LayeredKind::Fragments, &metadata, keys, tile_size)?;
     let level = writer.container.levels()[0];
     let [columns, rows] = level.tiles();
-    for (x, y) in (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y))) {
-        let Some(rect) = level.tile_rect(x, y) else { continue };
-        let mut pixels = FragmentPixels::new();
-        for row in rect.y..rect.y + rect.height {
-            for column in rect.x..rect.x + rect.width {
-                pixels.push(map.pixel(column, row))?;
+    for y in 0..rows {
+        let encode = |x: u32| {
+            let rect = level.tile_rect(x, y)?;
+            let mut pixels = FragmentPixels::new();
+            let columns = rect.x..rect.x + rect.width;
+            let mut places = (rect.y..rect.y + rect.height)
+                .flat_map(|row| columns.clone().map(move |column| (column, row)));
+            let pushed = places.try_for_each(|(x, y)| pixels.push(map.pixel(x, y)));
+            let tile = FragmentTile { size: [rect.width, rect.height], columns: pixels.0 };
+            Some(pushed.map_err(Error::from).and_then(|()| tile.encode(block)))
+        };
+        let tiles: Vec<_> = (0..columns).into_par_iter().map(encode).collect();
+        for (x, encoded) in (0..columns).zip(tiles) {
+            if let Some(encoded) = encoded {
+                let id = TileId::new(0, x, y);
+                writer.container.write_tile(id, &encoded?, AchievedError::NONE)?;
             }
         }
-        let tile = FragmentTile { size: [rect.width, rect.height], columns: pixels.0 };
-        let encoded = tile.encode(block)?;
-        writer.container.write_tile(TileId::new(0, x, y), &encoded, AchievedError::NONE)?;
     }
-    Ok(LayeredReport { hits: map.len() as u64, cut_pixels: 0, bytes: writer.finish()? })
+    let FragmentCounts { hits, cut_pixels } = counts;
+    Ok(LayeredReport { hits, cut_pixels, bytes: writer.finish()? })
 }
