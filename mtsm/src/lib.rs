@@ -19,28 +19,12 @@
 //! [`DepthMap`] keeps one depth a sample; [`PercentageCloserFilter`] makes soft
 //! shadows of it.
 
-mod block_hits;
 mod blocking;
 mod build;
 mod depth_layers;
 mod depth_map;
-mod far_table;
-mod fragment;
-mod fragment_builder;
-#[cfg(test)]
-mod fragment_builder_oracle;
-#[cfg(test)]
-mod fragment_colours;
-mod fragment_groups;
-mod fragment_kernel;
-mod fragment_map;
-#[cfg(test)]
-mod fragment_oracle;
-mod fragment_tracer;
-mod frontier;
+mod fragments;
 mod hash;
-mod lanes;
-mod large_pages;
 mod layer;
 mod layered_pixels;
 mod leaf_rule;
@@ -48,12 +32,9 @@ mod light_frame;
 mod multilayer_map;
 mod multilayer_settings;
 mod multilayer_tracer;
-mod packed_fragments;
-mod packet;
 mod pcf;
 mod pcf_shadow;
 mod pyramid;
-mod range_tree;
 mod row_order;
 mod run_builder;
 mod shadow_ray;
@@ -62,17 +43,16 @@ mod store;
 mod strata;
 mod tap_region;
 mod trace_statistics;
-mod visit_order;
 mod walk;
 
 pub use blocking::Blocking;
 pub use build::{BakedLayers, MultilayerBaker};
 pub use depth_layers::{DepthLayers, MultilayerDepthMap};
 pub use depth_map::{DepthMap, DepthMapSettings};
-pub use fragment::Fragment;
-pub use fragment_builder::{FragmentBuilder, FragmentCounts};
-pub use fragment_map::{FragmentColumns, FragmentMap};
-pub use fragment_tracer::{FragmentTracer, TraceScratch};
+pub use fragments::{
+    Fragment, FragmentBuilder, FragmentColumns, FragmentCounts, FragmentMap, FragmentTracer,
+    TraceScratch,
+};
 pub use layer::{Layer, LayerRun};
 pub use layered_pixels::{LayeredPixels, LayeredPixelsBuilder};
 pub use leaf_rule::LeafRule;

@@ -2,8 +2,8 @@
 
 use fearless_simd::Simd;
 
-use crate::packet::{Apex, Packet};
-use crate::range_tree::{Block, Cone, ConeTest, RangeTree, bits};
+use crate::fragments::packet::{Apex, Packet};
+use crate::fragments::range_tree::{Block, Cone, ConeTest, RangeTree, bits};
 
 /// Blocks that a group of rays is narrowed to before its packets look.
 const FRONTIER: usize = 6;

@@ -4,8 +4,8 @@ use dsm_core::Transmittance;
 use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdFloat, SimdInt, SimdMask, f32x16, i32x16};
 
 use crate::FragmentMap;
-use crate::packet::{Apex, Packet};
-use crate::range_tree::LANES;
+use crate::fragments::packet::{Apex, Packet};
+use crate::fragments::range_tree::LANES;
 
 /// Slices between the least and the greatest w of a map.
 const SLICES: usize = 64;
@@ -310,8 +310,8 @@ mod tests {
     use std::ops::ControlFlow;
 
     use super::*;
-    use crate::fragment_oracle::frame;
-    use crate::packet::Starts;
+    use crate::fragments::oracle::frame;
+    use crate::fragments::packet::Starts;
     use crate::{FragmentColumns, ShadowRay, walk_every_pixel};
     use fearless_simd::{Level, dispatch};
     use glam::DVec3;

@@ -11,13 +11,13 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::FragmentMap;
-use crate::far_table::FarTable;
-use crate::fragment_kernel::{Stacks, Stage, trace};
-use crate::frontier::{Frontier, whole};
-use crate::lanes::Lanes;
-use crate::packed_fragments::PackedFragments;
-use crate::packet::{Apex, Packet, Starts};
-use crate::range_tree::{Cone, LANES, RangeTree};
+use crate::fragments::far_table::FarTable;
+use crate::fragments::frontier::{Frontier, whole};
+use crate::fragments::kernel::{Stacks, Stage, trace};
+use crate::fragments::lanes::Lanes;
+use crate::fragments::packed::PackedFragments;
+use crate::fragments::packet::{Apex, Packet, Starts};
+use crate::fragments::range_tree::{Cone, LANES, RangeTree};
 use crate::trace_statistics::{TraceCounters, TraceStatistics};
 
 /// Where a ray starts, in lengths of it: for planes, which do not shade

@@ -6,13 +6,13 @@ use std::marker::PhantomData;
 use dsm_core::Transmittance;
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x16};
 
-use crate::fragment::is_facing;
-use crate::frontier::Frontier;
-use crate::lanes::Lanes;
-use crate::packed_fragments::PackedFragments;
-use crate::packet::Apex;
-use crate::range_tree::{Block, Cone, ConeTest, RangeTree, RayTest, bits};
-use crate::visit_order::VisitOrder;
+use crate::fragments::fragment::is_facing;
+use crate::fragments::frontier::Frontier;
+use crate::fragments::lanes::Lanes;
+use crate::fragments::packed::PackedFragments;
+use crate::fragments::packet::Apex;
+use crate::fragments::range_tree::{Block, Cone, ConeTest, RangeTree, RayTest, bits};
+use crate::fragments::visit_order::VisitOrder;
 
 /// Blocks that wait to be visited. Keeps its memory: never more than 16 of each
 /// of 12 levels.

@@ -3,8 +3,8 @@
 use dsm_core::Transmittance;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16, u32x16};
 
-use crate::packet::Packet;
-use crate::range_tree::LANES;
+use crate::fragments::packet::Packet;
+use crate::fragments::range_tree::LANES;
 
 /// The rays of a packet on their way, and what is left of their light. In
 /// memory, so that they can be asked together and one by one.

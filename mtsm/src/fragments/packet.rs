@@ -4,7 +4,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x16, mask32x16};
 use glam::DVec3;
 
 use crate::LightFrame;
-use crate::range_tree::{Cone, LANES};
+use crate::fragments::range_tree::{Cone, LANES};
 
 /// The point that rays start at, in the frame of a light.
 #[derive(Clone, Copy, Debug)]

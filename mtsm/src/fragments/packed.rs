@@ -6,8 +6,8 @@ use std::ops::Range;
 use dsm_core::{Error, Result, Transmittance};
 use fearless_simd::{Bytes, Simd, SimdBase, SimdInt, SimdMask, f32x16, u32x16};
 
-use crate::large_pages::LargePages;
-use crate::range_tree::LANES;
+use crate::fragments::large_pages::LargePages;
+use crate::fragments::range_tree::LANES;
 use crate::{FragmentColumns, FragmentMap};
 
 /// The fragments of a map, block by block of 4 × 4 pixels, the farthest of each

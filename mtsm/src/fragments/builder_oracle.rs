@@ -6,7 +6,7 @@ use dsm_core::{Error, HitSource, Rgb, SurfaceHit, TileHits, TileSamples, Transmi
 use glam::{Mat4, Vec3, Vec4};
 use proptest::prelude::*;
 
-use crate::fragment_oracle::config;
+use crate::fragments::oracle::config;
 use crate::{Fragment, FragmentBuilder};
 
 /// One surface in the way of a sample.

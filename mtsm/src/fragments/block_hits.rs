@@ -4,7 +4,7 @@
 use dsm_core::{TileHits, TileSamples, Transmittance};
 
 use crate::LightFrame;
-use crate::fragment_groups::PixelHit;
+use crate::fragments::groups::PixelHit;
 
 /// Hits of a block, pixel by pixel, the farthest first: in columns that keep
 /// their memory from block to block.

@@ -1,6 +1,6 @@
 //! In which order the rays of a packet visit what they may meet.
 
-use crate::range_tree::{Cone, bits};
+use crate::fragments::range_tree::{Cone, bits};
 
 /// From the apex of a packet outwards: along each axis, the way that most of its
 /// rays go.

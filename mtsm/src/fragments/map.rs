@@ -206,7 +206,7 @@ impl<T: Transmittance> FragmentMap<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fragment_oracle::frame;
+    use crate::fragments::oracle::frame;
 
     fn columns() -> FragmentColumns<f32> {
         FragmentColumns {

@@ -3,8 +3,8 @@
 
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x16};
 
-use crate::lanes::Lanes;
-use crate::large_pages::LargePages;
+use crate::fragments::lanes::Lanes;
+use crate::fragments::large_pages::LargePages;
 
 /// Children of a node, and rays of a packet.
 pub(crate) const LANES: usize = 16;

@@ -4,7 +4,7 @@ use dsm_core::{AreaLight, LightVisibility, Rgb, Transmittance};
 use glam::DVec3;
 use proptest::prelude::*;
 
-use crate::fragment_oracle::{STARTS, config, fragment, frame, map, naive, point};
+use crate::fragments::oracle::{STARTS, config, fragment, frame, map, naive, point};
 use crate::{Fragment, FragmentMap, FragmentTracer, TraceScratch};
 
 /// Halves, so that one hit more or less of any channel shows; some channels are

@@ -7,7 +7,7 @@ use glam::{DVec3, Mat4, Vec4};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
-use crate::fragment::is_facing;
+use crate::fragments::fragment::is_facing;
 use crate::{
     Fragment, FragmentColumns, FragmentMap, FragmentTracer, LightFrame, TraceScratch,
     TraceStatistics,

@@ -5,8 +5,8 @@ use dsm_core::{
 };
 use rayon::prelude::*;
 
-use crate::block_hits::BlockHits;
-use crate::fragment_groups::{Grouping, SampleGrid};
+use crate::fragments::block_hits::BlockHits;
+use crate::fragments::groups::{Grouping, SampleGrid};
 use crate::{Fragment, FragmentColumns, FragmentMap, LightFrame};
 
 /// Pixels along the side of what is asked for at once.
