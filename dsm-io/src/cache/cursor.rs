@@ -3,41 +3,28 @@
 use std::cell::Cell;
 use std::fmt;
 use std::ops::Range;
-use std::sync::Arc;
 
 use dsm_core::{BlockVisitor, PixelListsView, Transmittance, VisibilityField};
 
 use super::map::CachedMap;
-use super::tile::CachedTile;
+use super::slot::{Slot, take_clear, within};
 use crate::{Error, Level, Result, TileId};
 
-/// Slots of a cursor in x and in y: tiles that lie less than this many
-/// columns and rows apart never share a slot, so a footprint over a corner
-/// where four tiles meet keeps all four. More columns than rows, because
-/// lookups come line by line: a line over 16 tiles keeps them for the next.
-const SLOTS: [u32; 2] = [16, 4];
-
-/// A tile that was asked for, at the place that its position gives it.
-#[derive(Debug)]
-struct Slot<T> {
-    tile: [u32; 2],
-    /// `None`: 1 everywhere.
-    pixels: Option<Arc<CachedTile<T>>>,
-}
-
-impl<T: Transmittance> Slot<T> {
-    /// No tile stands there: a level has fewer than 2³¹ columns.
-    const VACANT: Self = Self { tile: [u32::MAX; 2], pixels: None };
-
-    fn bytes(&self) -> u64 {
-        self.pixels.as_ref().map_or(0, |pixels| pixels.bytes())
-    }
-}
+/// Slots of a cursor. They stand in lines of 16, or of as many as a level has
+/// columns of tiles, if those are fewer: all tiles of a level of 64 have a slot
+/// each, and tiles that lie less than a line apart in x, and 4 in y, never
+/// share one, so a footprint over a corner where four tiles meet keeps all
+/// four. Lines are long because lookups come line by line: a line over 16
+/// tiles keeps them for the next.
+const SLOTS: u32 = 64;
+/// The logarithm of a line's slots, at most.
+const MOST_SLOT_COLUMNS: u32 = 4;
 
 /// Looks up one level of a [`CachedMap`], for one thread.
 ///
 /// It holds on to the tiles it was asked for last, up to 64, one for each
-/// position modulo 16 × 4. A pixel of those costs no lock, and nothing that
+/// position modulo 16 × 4, or fewer columns and more rows in a level that has
+/// fewer columns of tiles. A pixel of those costs no lock, and nothing that
 /// another thread writes; any other pixel costs one, and a load if nobody
 /// holds its tile. Make one cursor a thread and keep it: a new one begins with
 /// no tile. Held tiles are not in the budget: t cursors hold up to 64 t tiles
@@ -64,7 +51,9 @@ pub struct LookupCursor<T> {
     columns: TileDivision,
     rows: TileDivision,
     /// A tile is out of its slot while its pixels are looked at.
-    slots: [Cell<Slot<T>>; (SLOTS[0] * SLOTS[1]) as usize],
+    /// The logarithm of the slots in a line.
+    slot_columns: u32,
+    slots: [Cell<Slot<T>>; SLOTS as usize],
     /// Bytes of the tiles in the slots, and how many there may be.
     held_bytes: Cell<u64>,
     most_held_bytes: u64,
@@ -82,6 +71,7 @@ impl<T: Transmittance> LookupCursor<T> {
             size: [level.width, level.height],
             columns: TileDivision::new(level.tile_width),
             rows: TileDivision::new(level.tile_height),
+            slot_columns: slot_columns(level.width.div_ceil(level.tile_width)),
             slots: std::array::from_fn(|_| Cell::new(Slot::VACANT)),
             held_bytes: Cell::new(0),
             most_held_bytes: MOST_HELD_BYTES,
@@ -120,7 +110,7 @@ impl<T: Transmittance> LookupCursor<T> {
         tile: [u32; 2],
         look: impl FnOnce(Option<PixelListsView<'_, T>>) -> (R, u64),
     ) -> Result<R> {
-        let slot = &self.slots[slot_of(tile)];
+        let slot = &self.slots[self.slot_of(tile)];
         let mut held = slot.replace(Slot::VACANT);
         // A tile that is fetched is counted where it is found.
         let mut counted = 0;
@@ -195,27 +185,17 @@ impl<T: Transmittance> VisibilityField for LookupCursor<T> {
         let tile = [tile_column, tile_row];
         let is_whole = columns.len() as u32 <= self.columns.size - x
             && rows.len() as u32 <= self.rows.size - y;
-        let slot = &self.slots[slot_of(tile)];
+        let slot = &self.slots[self.slot_of(tile)];
         let held = slot.replace(Slot::VACANT);
         if !is_whole || held.tile != tile {
             slot.set(held);
-            return self.evaluate_rows([columns, rows], visitor);
+            return self.evaluate_pieces([columns, rows], visitor);
         }
+        let corner = [columns.start - x, rows.start - y];
         let mut asked = 0;
-        if let Some(pixels) = &held.pixels {
-            let pixels = pixels.view();
-            // The tile's corner.
-            let origin = [columns.start - x, rows.start - y];
-            for row in rows {
-                let run = within(&columns, visitor.columns(row));
-                let first = (row - origin[1]) as usize * pixels.width() as usize;
-                let ahead = (run.start - origin[0]) as usize;
-                asked += visitor.take_run(run, pixels, first + ahead);
-            }
-        } else {
-            for row in rows {
-                asked += take_clear(within(&columns, visitor.columns(row)), visitor);
-            }
+        for row in rows {
+            let run = within(&columns, visitor.columns(row));
+            asked += held.evaluate_run(corner, row, run, visitor);
         }
         slot.set(held);
         self.hits.update(|hits| hits + asked);
@@ -225,60 +205,107 @@ impl<T: Transmittance> VisibilityField for LookupCursor<T> {
 
 impl<T: Transmittance> LookupCursor<T> {
     /// As [`Self::evaluate_block`], for blocks over several tiles or over
-    /// one that is not held: finds each tile once a row.
+    /// one that is not held: what lies in up to 2 × 2 tiles that are held
+    /// costs as many looks at the slots, and the rest one a row and tile.
     #[inline(always)]
-    fn evaluate_rows(
+    fn evaluate_pieces(
         &self,
         [columns, rows]: [Range<u32>; 2],
         visitor: &mut impl BlockVisitor<T>,
     ) -> Result<()> {
-        for row in rows {
-            let (tile_row, y) = self.rows.split(row);
-            let Range { start: mut column, end } = within(&columns, visitor.columns(row));
-            while column < end {
-                // No tile is fetched for pixels that are passed over.
-                let Some(depth) = visitor.depth(column) else {
-                    column += 1;
-                    continue;
-                };
-                let (tile_column, x) = self.columns.split(column);
-                let rest = column + 1..end.min(column - x + self.columns.size);
-                column = rest.end;
-                self.with_tile([tile_column, tile_row], |pixels| match pixels {
-                    None => {
-                        visitor.take(T::CLEAR);
-                        ((), 1 + take_clear(rest, visitor))
-                    }
-                    Some(pixels) => {
-                        let first = y as usize * pixels.width() as usize + x as usize;
-                        visitor.take(pixels.function(first).at(depth));
-                        ((), 1 + visitor.take_run(rest, pixels, first + 1))
-                    }
-                })?;
+        let mut row = rows.start;
+        while row < rows.end {
+            let done = self.evaluate_held([&columns, &(row..rows.end)], visitor);
+            if done == 0 {
+                self.evaluate_row(&columns, row, visitor)?;
             }
+            row += done.max(1);
         }
         Ok(())
     }
-}
 
-/// What a range has in common with its bounds: a visitor may be anybody's.
-#[inline(always)]
-fn within(bounds: &Range<u32>, range: Range<u32>) -> Range<u32> {
-    range.start.max(bounds.start)..range.end.min(bounds.end)
-}
-
-/// Hands `visitor` the values of pixels that are 1 everywhere. Tells how many
-/// were asked.
-#[inline(always)]
-fn take_clear<T: Transmittance>(columns: Range<u32>, visitor: &mut impl BlockVisitor<T>) -> u64 {
-    let mut asked = 0;
-    for column in columns {
-        if visitor.depth(column).is_some() {
-            visitor.take(T::CLEAR);
-            asked += 1;
+    /// The rows at the top of a block that lie in one row of tiles, if the
+    /// block is over at most two in a row, and both are held. Tells how many
+    /// rows that is, or 0.
+    #[inline(always)]
+    fn evaluate_held(
+        &self,
+        [columns, rows]: [&Range<u32>; 2],
+        visitor: &mut impl BlockVisitor<T>,
+    ) -> u32 {
+        let ((column, x), (row, y)) =
+            (self.columns.split(columns.start), self.rows.split(rows.start));
+        let [left, top] = [columns.start - x, rows.start - y];
+        let (last_column, _) = self.columns.split(columns.end - 1);
+        if last_column - column > 1 {
+            return 0;
         }
+        let rows = rows.start..rows.end.min(top + self.rows.size);
+        let tiles = [[column, row], [last_column, row]];
+        let slots = tiles.map(|tile| &self.slots[self.slot_of(tile)]);
+        let first = slots[0].replace(Slot::VACANT);
+        // Of one tile, there is no second.
+        let second = slots[1].replace(Slot::VACANT);
+        let count = 1 + (last_column - column) as usize;
+        let mut done = 0;
+        if first.tile == tiles[0] && (count == 1 || second.tile == tiles[1]) {
+            let mut asked = 0;
+            for row in rows.clone() {
+                let run = within(columns, visitor.columns(row));
+                let mut edge = left;
+                for held in [&first, &second].into_iter().take(count) {
+                    let piece = within(&(edge..edge + self.columns.size), run.clone());
+                    asked += held.evaluate_run([edge, top], row, piece, visitor);
+                    edge += self.columns.size;
+                }
+            }
+            self.hits.update(|hits| hits + asked);
+            done = rows.len() as u32;
+        }
+        slots[1].set(second);
+        slots[0].set(first);
+        done
     }
-    asked
+
+    /// As [`Self::evaluate_block`], for one row of a block over any number of
+    /// tiles, which are fetched if they are not held.
+    #[inline(always)]
+    fn evaluate_row(
+        &self,
+        columns: &Range<u32>,
+        row: u32,
+        visitor: &mut impl BlockVisitor<T>,
+    ) -> Result<()> {
+        let (tile_row, y) = self.rows.split(row);
+        let Range { start: mut column, end } = within(columns, visitor.columns(row));
+        while column < end {
+            // No tile is fetched for pixels that are passed over.
+            let Some(depth) = visitor.depth(column) else {
+                column += 1;
+                continue;
+            };
+            let (tile_column, x) = self.columns.split(column);
+            let rest = column + 1..end.min(column - x + self.columns.size);
+            column = rest.end;
+            self.with_tile([tile_column, tile_row], |pixels| match pixels {
+                None => {
+                    visitor.take(T::CLEAR);
+                    ((), 1 + take_clear(rest, visitor))
+                }
+                Some(pixels) => {
+                    let first = y as usize * pixels.width() as usize + x as usize;
+                    visitor.take(pixels.function(first).at(depth));
+                    ((), 1 + visitor.take_run(rest, pixels, first + 1))
+                }
+            })?;
+        }
+        Ok(())
+    }
+
+    #[inline(always)]
+    const fn slot_of(&self, tile: [u32; 2]) -> usize {
+        slot_of(tile, self.slot_columns)
+    }
 }
 
 impl<T> fmt::Debug for LookupCursor<T> {
@@ -298,9 +325,15 @@ impl<T> Drop for LookupCursor<T> {
     }
 }
 
+/// The logarithm of the slots in a line, for a level's columns of tiles.
+fn slot_columns(tiles: u32) -> u32 {
+    tiles.max(1).next_power_of_two().ilog2().min(MOST_SLOT_COLUMNS)
+}
+
 #[inline(always)]
-const fn slot_of([column, row]: [u32; 2]) -> usize {
-    (row % SLOTS[1] * SLOTS[0] + column % SLOTS[0]) as usize
+const fn slot_of([column, row]: [u32; 2], slot_columns: u32) -> usize {
+    let column = column & ((1 << slot_columns) - 1);
+    ((row << slot_columns | column) % SLOTS) as usize
 }
 
 /// Cuts columns or rows of pixels into those of tiles, without a division.
@@ -331,7 +364,7 @@ impl TileDivision {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{AchievedError, Limits, Metadata, TileCache, WriteOptions, write_map};
+    use crate::{AchievedError, Limits, MapReader, Metadata, TileCache, WriteOptions, write_map};
     use dsm_core::{DeepMap, MapInfo, PixelListsBuilder, Vertex};
 
     #[test]
@@ -347,22 +380,44 @@ mod tests {
         }
     }
 
-    #[test]
-    fn held_tiles_keep_within_their_bytes() {
+    /// A map of tiles of 8 × 8 pixels, 8 in a row, behind a cache that keeps
+    /// none.
+    fn tiled(height: u32) -> (DeepMap<f32>, TileCache, CachedMap<f32>) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("map.dsm");
-        let mut pixels = PixelListsBuilder::<f32>::new(64, 8);
-        for pixel in 0..64 * 8_u16 {
+        let mut pixels = PixelListsBuilder::<f32>::new(64, height);
+        for pixel in 0..64 * height {
             pixels.push(Vertex::new(1.0, 1.0));
-            pixels.push(Vertex::new(2.0, f32::from(pixel) / 1024.0));
+            pixels.push(Vertex::new(2.0, pixel as f32 / 4096.0));
             pixels.finish_pixel().unwrap();
         }
         let map = DeepMap::new(MapInfo::default(), pixels.finish().unwrap());
-        let metadata = Metadata::new(64, 8, 1, MapInfo::default());
+        let metadata = Metadata::new(64, height, 1, MapInfo::default());
         let options = WriteOptions::default().with_tile_size(8);
         write_map(&path, metadata, &map, AchievedError::NONE, options).unwrap();
+        let reader = MapReader::open_in_memory(&path, &Limits::default()).unwrap();
         let cache = TileCache::new(0);
-        let cached = cache.open::<f32>(&path, &Limits::default()).unwrap();
+        let cached = cache.insert(reader).unwrap();
+        (map, cache, cached)
+    }
+
+    #[test]
+    fn all_tiles_of_a_level_of_64_are_held() {
+        let (map, cache, cached) = tiled(64);
+        let cursor = cached.cursor();
+        for _ in 0..2 {
+            for tile in 0..64 {
+                let pixel = [tile % 8 * 8, tile / 8 * 8];
+                assert_eq!(cursor.evaluate(pixel, 2.0).ok(), map.evaluate(pixel, 2.0).ok());
+            }
+        }
+        let statistics = cache.statistics();
+        assert_eq!((statistics.loads, statistics.pinned_tiles), (64, 64));
+    }
+
+    #[test]
+    fn held_tiles_keep_within_their_bytes() {
+        let (map, cache, cached) = tiled(8);
         let tile = cached.tile(TileId::new(0, 0, 0)).unwrap().unwrap().bytes();
         for (held, tiles) in [(8 * tile, 8), (3 * tile, 3), (tile, 1), (0, 1)] {
             let mut cursor = cached.cursor();
@@ -382,9 +437,12 @@ mod tests {
 
     #[test]
     fn tiles_of_a_footprint_do_not_share_a_slot() {
-        let mut slots: Vec<_> =
-            (0..64).map(|i| slot_of([1_000_001 + i % 16, 77_777 + i / 16])).collect();
-        slots.sort_unstable();
-        assert!(slots.into_iter().eq(0..64));
+        for (tiles, line) in [(1, 1), (2, 2), (5, 8), (8, 8), (16, 16), (1 << 31, 16)] {
+            let columns = slot_columns(tiles);
+            let tile = |i: u32| [1_000_000 + i % line, 77_777 + i / line];
+            let mut slots: Vec<_> = (0..64_u32).map(|i| slot_of(tile(i), columns)).collect();
+            slots.sort_unstable();
+            assert!(slots.into_iter().eq(0..64), "{tiles} columns");
+        }
     }
 }

@@ -16,6 +16,7 @@ mod load;
 mod map;
 mod shadow;
 mod shard;
+mod slot;
 mod statistics;
 mod store;
 mod tile;

@@ -1,0 +1,70 @@
+//! A tile that a cursor holds.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use dsm_core::{BlockVisitor, Transmittance};
+
+use super::tile::CachedTile;
+
+/// A tile that was asked for, at the place that its position gives it.
+#[derive(Debug)]
+pub(super) struct Slot<T> {
+    pub(super) tile: [u32; 2],
+    /// `None`: 1 everywhere.
+    pub(super) pixels: Option<Arc<CachedTile<T>>>,
+}
+
+impl<T: Transmittance> Slot<T> {
+    /// No tile stands there: a level has fewer than 2³¹ columns.
+    pub(super) const VACANT: Self = Self { tile: [u32::MAX; 2], pixels: None };
+
+    pub(super) fn bytes(&self) -> u64 {
+        self.pixels.as_ref().map_or(0, |pixels| pixels.bytes())
+    }
+
+    /// Hands `visitor` a run of pixels of a row that was begun, which lies
+    /// within the tile with this corner. Tells how many were asked.
+    #[inline(always)]
+    pub(super) fn evaluate_run(
+        &self,
+        [left, top]: [u32; 2],
+        row: u32,
+        run: Range<u32>,
+        visitor: &mut impl BlockVisitor<T>,
+    ) -> u64 {
+        if run.is_empty() {
+            return 0;
+        }
+        let Some(pixels) = &self.pixels else {
+            return take_clear(run, visitor);
+        };
+        let pixels = pixels.view();
+        let first = (row - top) as usize * pixels.width() as usize;
+        let ahead = (run.start - left) as usize;
+        visitor.take_run(run, pixels, first + ahead)
+    }
+}
+
+/// What a range has in common with its bounds: a visitor may be anybody's.
+#[inline(always)]
+pub(super) fn within(bounds: &Range<u32>, range: Range<u32>) -> Range<u32> {
+    range.start.max(bounds.start)..range.end.min(bounds.end)
+}
+
+/// Hands `visitor` the values of pixels that are 1 everywhere. Tells how many
+/// were asked.
+#[inline(always)]
+pub(super) fn take_clear<T: Transmittance>(
+    columns: Range<u32>,
+    visitor: &mut impl BlockVisitor<T>,
+) -> u64 {
+    let mut asked = 0;
+    for column in columns {
+        if visitor.depth(column).is_some() {
+            visitor.take(T::CLEAR);
+            asked += 1;
+        }
+    }
+    asked
+}
