@@ -7,6 +7,7 @@ use std::ops::Range;
 use dsm_core::{BlockVisitor, PixelListsView, Transmittance, VisibilityField};
 
 use super::map::CachedMap;
+use super::rows_ahead::{RowsAhead, Step};
 use super::slot::{Slot, take_clear, within};
 use crate::{Error, Level, Result, TileId};
 
@@ -54,6 +55,10 @@ pub struct LookupCursor<T> {
     /// The logarithm of the slots in a line.
     slot_columns: u32,
     slots: [Cell<Slot<T>>; SLOTS as usize],
+    /// Of each slot's tile, which rows are on their way from memory.
+    rows_ahead: [RowsAhead; SLOTS as usize],
+    /// Where the last block began.
+    last: Cell<[u32; 2]>,
     /// Bytes of the tiles in the slots, and how many there may be.
     held_bytes: Cell<u64>,
     most_held_bytes: u64,
@@ -73,6 +78,8 @@ impl<T: Transmittance> LookupCursor<T> {
             rows: TileDivision::new(level.tile_height),
             slot_columns: slot_columns(level.width.div_ceil(level.tile_width)),
             slots: std::array::from_fn(|_| Cell::new(Slot::VACANT)),
+            rows_ahead: std::array::from_fn(|_| RowsAhead::default()),
+            last: Cell::new([u32::MAX; 2]),
             held_bytes: Cell::new(0),
             most_held_bytes: MOST_HELD_BYTES,
             hits: Cell::new(0),
@@ -130,6 +137,7 @@ impl<T: Transmittance> LookupCursor<T> {
     fn fetch(&self, tile: [u32; 2], before: Slot<T>) -> Result<Slot<T>> {
         self.held_bytes.update(|held| held.saturating_sub(before.bytes()));
         drop(before);
+        self.rows_ahead[self.slot_of(tile)].forget();
         let id = TileId::new(self.level, tile[0], tile[1]);
         let slot = Slot { tile, pixels: self.map.tile_after(id, &self.hits)? };
         if self.held_bytes.get().saturating_add(slot.bytes()) > self.most_held_bytes {
@@ -185,13 +193,17 @@ impl<T: Transmittance> VisibilityField for LookupCursor<T> {
         let tile = [tile_column, tile_row];
         let is_whole = columns.len() as u32 <= self.columns.size - x
             && rows.len() as u32 <= self.rows.size - y;
-        let slot = &self.slots[self.slot_of(tile)];
+        let index = self.slot_of(tile);
+        let slot = &self.slots[index];
         let held = slot.replace(Slot::VACANT);
+        let start = [columns.start, rows.start];
+        let step = Step::between(self.last.replace(start), start);
         if !is_whole || held.tile != tile {
             slot.set(held);
-            return self.evaluate_pieces([columns, rows], visitor);
+            return self.evaluate_pieces([columns, rows], step, visitor);
         }
         let corner = [columns.start - x, rows.start - y];
+        self.rows_ahead[index].include(&rows, step, corner[1], held.pixels.as_deref());
         let mut asked = 0;
         for row in rows {
             let run = within(&columns, visitor.columns(row));
@@ -211,11 +223,12 @@ impl<T: Transmittance> LookupCursor<T> {
     fn evaluate_pieces(
         &self,
         [columns, rows]: [Range<u32>; 2],
+        step: Step,
         visitor: &mut impl BlockVisitor<T>,
     ) -> Result<()> {
         let mut row = rows.start;
         while row < rows.end {
-            let done = self.evaluate_held([&columns, &(row..rows.end)], visitor);
+            let done = self.evaluate_held([&columns, &(row..rows.end)], step, visitor);
             if done == 0 {
                 self.evaluate_row(&columns, row, visitor)?;
             }
@@ -231,6 +244,7 @@ impl<T: Transmittance> LookupCursor<T> {
     fn evaluate_held(
         &self,
         [columns, rows]: [&Range<u32>; 2],
+        step: Step,
         visitor: &mut impl BlockVisitor<T>,
     ) -> u32 {
         let ((column, x), (row, y)) =
@@ -249,6 +263,10 @@ impl<T: Transmittance> LookupCursor<T> {
         let count = 1 + (last_column - column) as usize;
         let mut done = 0;
         if first.tile == tiles[0] && (count == 1 || second.tile == tiles[1]) {
+            for (tile, held) in tiles.into_iter().zip([&first, &second]).take(count) {
+                let ahead = &self.rows_ahead[self.slot_of(tile)];
+                ahead.include(&rows, step, top, held.pixels.as_deref());
+            }
             let mut asked = 0;
             for row in rows.clone() {
                 let run = within(columns, visitor.columns(row));

@@ -14,6 +14,7 @@
 mod cursor;
 mod load;
 mod map;
+mod rows_ahead;
 mod shadow;
 mod shard;
 mod slot;
