@@ -79,6 +79,11 @@ impl VisibilityDifference {
         difference
     }
 
+    /// The same mean with another largest difference.
+    pub(crate) const fn with_max(self, max: f64, depth: f32, channel: usize) -> Self {
+        Self { max, depth, channel, ..self }
+    }
+
     /// The largest difference at any depth, in any channel.
     #[must_use]
     pub const fn max(&self) -> f64 {

@@ -23,6 +23,7 @@ mod light;
 mod lookup;
 mod map;
 mod mip;
+mod moved_depths;
 mod pixel_lists;
 mod polyline;
 mod product;

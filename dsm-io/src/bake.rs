@@ -76,7 +76,8 @@ pub struct BakeReport {
 /// own ([`build_pyramid`]); level 0 has the same tiles without one. Where there
 /// are media, a coarse level's tolerance may be less than what level 0's chords
 /// miss exponentials by: such tiles are baked twice, for level 0 and, with finer
-/// chords, for the others.
+/// chords, for the others. So are all tiles of a map that is rounded, whose
+/// coarse levels are not.
 ///
 /// The same settings and source give the same bytes, whatever the number of
 /// threads. Memory: that of [`Baker::run`] or of [`build_pyramid`], which holds
@@ -86,9 +87,8 @@ pub struct BakeReport {
 /// # Errors
 ///
 /// [`Error::HitSource`] with what the source says; [`Error::Interrupted`] if
-/// `watch` broke it off; [`Error::Caller`] for a pyramid of a crop or of a map
-/// that is rounded, or for a codec that does not fit
-/// [`BakeSettings::quantization`]; else what keeps the file from being written.
+/// `watch` broke it off; [`Error::Caller`] for a pyramid of a crop, or for a codec
+/// that does not fit [`BakeSettings::quantization`]; else what keeps the file from being written.
 pub fn bake<T: Transmittance, S: HitSource<T>>(
     baker: &Baker<T, S>,
     output: &Path,
@@ -122,11 +122,6 @@ where
     };
     let hits = match &options.pyramid {
         None => write_tiles(baker, &mut writer, options, watch)?,
-        Some(_) if settings.quantization.is_some() => {
-            return Err(Error::caller(
-                "the levels of a pyramid are not quantized: `mip` adds them",
-            ));
-        }
         Some(_) if settings.crop.is_some() => {
             return Err(Error::caller("a part of a map has no pyramid"));
         }
@@ -310,13 +305,14 @@ where
         };
         let failed = |error| Error::HitSource(Box::new(error));
         let hits = self.baker.exact_tile_within([id.x, id.y], chord, visit).map_err(failed)?;
-        // Level 0's own chords are as long as they are without other levels.
-        let stored = match self.coarse {
-            Some(_) if is_curved => {
-                let tile = self.baker.tile([id.x, id.y]).map_err(failed)?;
-                Some(encode(&tile, self.options)?)
-            }
-            _ => None,
+        // Level 0's own chords are as long as they are without other levels, and
+        // it alone is rounded.
+        let is_rounded = settings.quantization.is_some() && !tile.vertices.is_empty();
+        let stored = if is_rounded || (self.coarse.is_some() && is_curved) {
+            let tile = self.baker.tile([id.x, id.y]).map_err(failed)?;
+            Some(encode(&tile, self.options)?)
+        } else {
+            None
         };
         self.hits.fetch_add(hits, Ordering::Relaxed);
         let functions = (!tile.vertices.is_empty()).then_some(tile);

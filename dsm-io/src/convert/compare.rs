@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::rows::ExactFunction;
 use super::{ImportReport, MapSource};
-use crate::blocks::{BLOCKS_A_THREAD, Blocks, is_empty};
+use crate::blocks::{BLOCKS_A_THREAD, Blocks, is_empty, stated_depth_error};
 use crate::format::level::Level;
 use crate::format::tile_id::TileRect;
 use crate::region::Region;
@@ -20,6 +20,16 @@ const BAND: u32 = 64;
 
 /// Pixels that one task compares.
 const CHUNK: usize = 1024;
+
+/// What two functions of a pixel are compared by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Measure {
+    /// Their difference.
+    Difference,
+    /// How far the first is from the second where its depths may have been
+    /// moved as far as its tiles state.
+    Bound,
+}
 
 /// The difference of two files of one size.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -92,15 +102,24 @@ pub struct WorstPixel {
 pub fn compare(
     a: &mut MapSource,
     b: &mut MapSource,
+    progress: impl FnMut(u32),
+) -> Result<MapDifference> {
+    measure(a, b, Measure::Difference, progress)
+}
+
+fn measure(
+    a: &mut MapSource,
+    b: &mut MapSource,
+    by: Measure,
     mut progress: impl FnMut(u32),
 ) -> Result<MapDifference> {
     check_alike(a, b)?;
     match (&*a, &*b) {
         (MapSource::Map(a), MapSource::Map(b)) => {
-            let summary = compare_maps(a, b, 0, &mut progress)?;
+            let summary = compare_maps(a, b, 0, by, &mut progress)?;
             Ok(MapDifference::of_levels([(0, a.metadata().width, summary)]))
         }
-        _ => compare_rows_of(a, b, progress),
+        _ => compare_rows_of(a, b, by, progress),
     }
 }
 
@@ -120,7 +139,8 @@ pub fn compare_levels(
     check_alike(a, b)?;
     let total = u64::from(a.size()[1]);
     let (MapSource::Map(a), MapSource::Map(b)) = (&*a, &*b) else {
-        return compare_rows_of(a, b, |rows| progress(rows.into(), total));
+        let by = Measure::Difference;
+        return compare_rows_of(a, b, by, |rows| progress(rows.into(), total));
     };
     if let (Some(one), Some(other)) = (a.crop(), b.crop())
         && one != other
@@ -144,7 +164,8 @@ pub fn compare_levels(
     let (mut before, mut levels) = (0, Vec::new());
     for (index, level, _) in &common {
         let rows_done = &mut |rows: u32| progress(before + u64::from(rows), total);
-        levels.push((*index, level.width, compare_maps(a, b, *index, rows_done)?));
+        let summary = compare_maps(a, b, *index, Measure::Difference, rows_done)?;
+        levels.push((*index, level.width, summary));
         before += u64::from(level.height);
     }
     Ok(MapDifference::of_levels(levels))
@@ -169,6 +190,7 @@ fn check_alike(a: &MapSource, b: &MapSource) -> Result<()> {
 fn compare_rows_of(
     a: &mut MapSource,
     b: &mut MapSource,
+    by: Measure,
     mut progress: impl FnMut(u32),
 ) -> Result<MapDifference> {
     let [width, height] = a.size();
@@ -176,9 +198,9 @@ fn compare_rows_of(
     for top in (0..height).step_by(BAND as usize) {
         let rows = top..top.saturating_add(BAND).min(height);
         let band = if a.channels() == 1 {
-            compare_rows::<f32>(a, b, width, rows.clone())
+            compare_rows::<f32>(a, b, by, width, rows.clone())
         } else {
-            compare_rows::<Rgb>(a, b, width, rows.clone())
+            compare_rows::<Rgb>(a, b, by, width, rows.clone())
         }?;
         summary.merge(&band);
         progress(rows.end);
@@ -191,6 +213,7 @@ fn compare_maps(
     a: &MapReader,
     b: &MapReader,
     index: u32,
+    by: Measure,
     progress: &mut impl FnMut(u32),
 ) -> Result<DifferenceSummary> {
     let (level, other) = (a.container().level(index)?, b.container().level(index)?);
@@ -205,9 +228,9 @@ fn compare_maps(
             .map(|block| {
                 let rect = blocks.rect(block);
                 if a.metadata().channels == 1 {
-                    compare_block::<f32>(a, b, index, rect)
+                    compare_block::<f32>(a, b, index, by, rect)
                 } else {
-                    compare_block::<Rgb>(a, b, index, rect)
+                    compare_block::<Rgb>(a, b, index, by, rect)
                 }
             })
             .collect::<Result<Vec<_>>>()?;
@@ -222,6 +245,7 @@ fn compare_block<T: Transmittance>(
     a: &MapReader,
     b: &MapReader,
     index: u32,
+    by: Measure,
     rect: TileRect,
 ) -> Result<DifferenceSummary> {
     let mut summary = DifferenceSummary::default();
@@ -230,6 +254,10 @@ fn compare_block<T: Transmittance>(
         return Ok(summary);
     }
     let width = a.container().level(index)?.width as usize;
+    let depth_error = match by {
+        Measure::Difference => 0.0,
+        Measure::Bound => stated_depth_error(a, index, rect)?,
+    };
     let (a, b) = (Region::<T>::read(a, index, rect)?, Region::<T>::read(b, index, rect)?);
     let clear = VisibilityFunction::<T>::clear();
     let rows: Vec<_> = (rect.y..rect.y + rect.height)
@@ -245,7 +273,8 @@ fn compare_block<T: Transmittance>(
                     (a, b) => (a.unwrap_or(clear.view()), b.unwrap_or(clear.view())),
                 };
                 let pixel = y as usize * width + x as usize;
-                row.add(pixel, VisibilityDifference::between(&a, &b));
+                let difference = VisibilityDifference::with_moved_depths(&a, &b, depth_error);
+                row.add(pixel, difference);
             }
             row
         })
@@ -255,7 +284,10 @@ fn compare_block<T: Transmittance>(
 }
 
 /// Checks that `map` keeps the bound that it states against `source`, with
-/// [`AchievedError::SLACK`] for chords and rounding. Returns the difference.
+/// [`AchievedError::SLACK`] for chords and rounding: V(z) − ε ≤ V′(z) ≤
+/// V₋(z − δ) + ε where depths were moved away from the light by up to the δ that
+/// its tiles state. Returns how far it is from the source, so measured
+/// ([`VisibilityDifference::with_moved_depths`]).
 ///
 /// # Errors
 ///
@@ -266,7 +298,8 @@ pub fn check_bound(
     progress: impl FnMut(u32),
 ) -> Result<MapDifference> {
     let stated = map.metadata().info.tolerance.epsilon();
-    let difference = compare(&mut MapSource::Map(Box::new(map)), source, progress)?;
+    let map = &mut MapSource::Map(Box::new(map));
+    let difference = measure(map, source, Measure::Bound, progress)?;
     let bound = f64::from(stated) + f64::from(AchievedError::SLACK);
     match difference.worst {
         Some(worst) if worst.difference > bound => Err(Error::Bound { stated, worst }),
@@ -277,11 +310,16 @@ pub fn check_bound(
 fn compare_rows<T: Transmittance>(
     a: &mut MapSource,
     b: &mut MapSource,
+    by: Measure,
     width: u32,
     rows: Range<u32>,
 ) -> Result<DifferenceSummary> {
     let first_pixel = rows.start as usize * width as usize;
     let pixels = rows.len() * width as usize;
+    let depth_error = match by {
+        Measure::Difference => 0.0,
+        Measure::Bound => a.stated_depth_error(rows.clone())?,
+    };
     let (a, b) = (a.read_rows::<T>(rows.clone())?, b.read_rows::<T>(rows)?);
     let chord_error = Tolerance::EXACT.chord();
     // Chunks of a fixed size, merged in order: the same sums on any machine.
@@ -297,7 +335,8 @@ fn compare_rows<T: Transmittance>(
                 a.function(pixel, &mut exact[0], &mut report)?;
                 b.function(pixel, &mut exact[1], &mut report)?;
                 let [a, b] = exact.each_ref().map(ExactFunction::vertices);
-                summary.add(first_pixel + pixel, VisibilityDifference::between(a, b));
+                let difference = VisibilityDifference::with_moved_depths(a, b, depth_error);
+                summary.add(first_pixel + pixel, difference);
             }
             Ok(summary)
         })

@@ -226,9 +226,6 @@ impl TryFrom<BakeFlags> for Bake {
             ChannelsName::Rgb => Some(true),
         };
         if flags.codec == values::CodecName::Quantized {
-            if flags.mip {
-                return Err("--codec quantized and --mip: bake without levels, then `mip`".into());
-            }
             settings.quantization = Some(Quantization::default());
         }
         let pyramid = flags.mip.then(PyramidOptions::default);

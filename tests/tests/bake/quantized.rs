@@ -43,6 +43,25 @@ fn check<T: Transmittance>(stage: &Stage) {
     assert_eq!(with_levels.directory(0).unwrap().get(1, 1).unwrap().codec, 1);
     assert!(with_levels.read_map::<T>(0).unwrap().pixels() == map.pixels());
 
+    // Levels that are baked with it neither, and they are not rounded.
+    let [plain, baked] = ["plain", "baked"].map(|name| folder.path().join(name));
+    let pyramid = options.with_pyramid(Some(PyramidOptions::default()));
+    let unrounded = stage.bake_as::<T>(&settings, &pyramid, &plain);
+    let both = stage.bake_as::<T>(&quantized, &pyramid.with_codec(Codec::Quantized), &baked);
+    assert_eq!(both.hits, unrounded.hits);
+    let (plain, baked) = (open(&plain), open(&baked));
+    assert!(baked.verify().is_empty());
+    assert!(baked.read_map::<T>(0).unwrap().pixels() == map.pixels());
+    for (id, entry) in reader.directory(0).unwrap().iter() {
+        assert_eq!(baked.directory(0).unwrap().get(id.x, id.y).unwrap().crc, entry.crc);
+    }
+    for level in 1..7 {
+        let of = |map: &MapReader| map.read_map::<T>(level).unwrap().pixels().clone();
+        assert!(of(&baked) == of(&plain), "{level}");
+        let entries = baked.directory(level).unwrap().iter();
+        assert!({ entries }.all(|(_, entry)| entry.depth_error == 0.0), "{level}");
+    }
+
     // Whatever is made of it inherits what its depths are off.
     let moved = |map: &MapReader, level: u32| {
         let entries = map.directory(level).unwrap().iter();
@@ -83,8 +102,7 @@ fn rounding_and_its_codec_go_together() {
     let rounded = BakeSettings { quantization: Some(Quantization::default()), ..settings.clone() };
     let plain = BakeOptions::default();
     let quantized = plain.with_codec(Codec::Quantized);
-    let levels = quantized.with_pyramid(Some(PyramidOptions::default()));
-    for (settings, options) in [(&settings, quantized), (&rounded, plain), (&rounded, levels)] {
+    for (settings, options) in [(&settings, quantized), (&rounded, plain)] {
         let baker = stage.baker::<Rgb>(settings);
         assert!(bake(&baker, &path, &options, |_| (), never).is_err(), "{options:?}");
         assert!(!path.exists());
