@@ -12,23 +12,22 @@ use super::slot::{Slot, take_clear, within};
 use crate::{Error, Level, Result, TileId};
 
 /// Slots of a cursor. They stand in lines of 16, or of as many as a level has
-/// columns of tiles, if those are fewer: all tiles of a level of 64 have a slot
-/// each, and tiles that lie less than a line apart in x, and 4 in y, never
-/// share one, so a footprint over a corner where four tiles meet keeps all
-/// four. Lines are long because lookups come line by line: a line over 16
-/// tiles keeps them for the next.
-const SLOTS: u32 = 64;
+/// columns of tiles, if those are fewer: all tiles of a level of 256 have a slot
+/// each (1024² pixels in tiles of 64²), and tiles that lie less than a line
+/// apart in x, and 16 in y, never share one, so a footprint over a corner where
+/// four tiles meet keeps all four.
+const SLOTS: u32 = 256;
 /// The logarithm of a line's slots, at most.
 const MOST_SLOT_COLUMNS: u32 = 4;
 
 /// Looks up one level of a [`CachedMap`], for one thread.
 ///
-/// It holds on to the tiles it was asked for last, up to 64, one for each
-/// position modulo 16 × 4, or fewer columns and more rows in a level that has
+/// It holds on to the tiles it was asked for last, up to 256, one for each
+/// position modulo 16 × 16, or fewer columns and more rows in a level that has
 /// fewer columns of tiles. A pixel of those costs no lock, and nothing that
 /// another thread writes; any other pixel costs one, and a load if nobody
 /// holds its tile. Make one cursor a thread and keep it: a new one begins with
-/// no tile. Held tiles are not in the budget: t cursors hold up to 64 t tiles
+/// no tile. Held tiles are not in the budget: t cursors hold up to 256 t tiles
 /// more ([`CacheStatistics::pinned_bytes`](crate::CacheStatistics)), but none
 /// more than 128 MiB of them, or one tile where that is larger.
 ///
@@ -65,7 +64,7 @@ pub struct LookupCursor<T> {
     hits: Cell<u64>,
 }
 
-/// Bytes of tiles that a cursor holds: far more than 64 usual ones.
+/// Bytes of tiles that a cursor holds: as many as 256 usual ones.
 const MOST_HELD_BYTES: u64 = 128 << 20;
 
 impl<T: Transmittance> LookupCursor<T> {
@@ -406,7 +405,7 @@ mod tests {
         let mut pixels = PixelListsBuilder::<f32>::new(64, height);
         for pixel in 0..64 * height {
             pixels.push(Vertex::new(1.0, 1.0));
-            pixels.push(Vertex::new(2.0, pixel as f32 / 4096.0));
+            pixels.push(Vertex::new(2.0, pixel as f32 / 16_384.0));
             pixels.finish_pixel().unwrap();
         }
         let map = DeepMap::new(MapInfo::default(), pixels.finish().unwrap());
@@ -420,17 +419,17 @@ mod tests {
     }
 
     #[test]
-    fn all_tiles_of_a_level_of_64_are_held() {
-        let (map, cache, cached) = tiled(64);
+    fn all_tiles_of_a_level_of_256_are_held() {
+        let (map, cache, cached) = tiled(256);
         let cursor = cached.cursor();
         for _ in 0..2 {
-            for tile in 0..64 {
+            for tile in 0..256 {
                 let pixel = [tile % 8 * 8, tile / 8 * 8];
                 assert_eq!(cursor.evaluate(pixel, 2.0).ok(), map.evaluate(pixel, 2.0).ok());
             }
         }
         let statistics = cache.statistics();
-        assert_eq!((statistics.loads, statistics.pinned_tiles), (64, 64));
+        assert_eq!((statistics.loads, statistics.pinned_tiles), (256, 256));
     }
 
     #[test]
@@ -458,9 +457,9 @@ mod tests {
         for (tiles, line) in [(1, 1), (2, 2), (5, 8), (8, 8), (16, 16), (1 << 31, 16)] {
             let columns = slot_columns(tiles);
             let tile = |i: u32| [1_000_000 + i % line, 77_777 + i / line];
-            let mut slots: Vec<_> = (0..64_u32).map(|i| slot_of(tile(i), columns)).collect();
+            let mut slots: Vec<_> = (0..SLOTS).map(|i| slot_of(tile(i), columns)).collect();
             slots.sort_unstable();
-            assert!(slots.into_iter().eq(0..64), "{tiles} columns");
+            assert!(slots.into_iter().eq(0..SLOTS as usize), "{tiles} columns");
         }
     }
 }
