@@ -147,6 +147,14 @@ fn what_breaks_a_rule_is_named() {
         let at = last(f) - 4 * 5 * count(f);
         f.put(at, f32::NAN.to_le_bytes());
     });
+    signed(&fragments, "not the range", |f| f.put(f.tile_entry(0) + 32, 0.5_f32.to_le_bytes()));
+    for file in [&fragments, &layers] {
+        signed(file, "a tile without layers is empty", |f| {
+            f.put(f.tile_entry(0) + 24, [0; 8]);
+            // The table of 16 pixels.
+            f.put(f.payload(0), [0; 4 * 17]);
+        });
+    }
     signed(&fragments, "no such coverage", |f| f.replace("\"coverage\":2", "\"coverage\":3"));
     signed(&fragments, "more layers than the map allows", |f| {
         f.replace("\"max_layers\":32", "\"max_layers\": 1");

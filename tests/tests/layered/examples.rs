@@ -40,12 +40,21 @@ fn sheets<T: Transmittance>(point: SamplePoint, hits: &mut RayHits<T>) -> Result
     all.surfaces().iter().try_for_each(|&surface| hits.push_surface(surface))
 }
 
-pub(crate) fn baker<T: Transmittance>() -> MultilayerBaker<T, RaySource<Ray<T>>> {
+pub(crate) fn settings() -> MultilayerSettings {
     let mut settings = MultilayerSettings::new([6, 5]).unwrap();
     settings.bake.tile_size = 4;
     settings.light_depth = 0.25;
+    settings
+}
+
+pub(crate) fn baker<T: Transmittance>() -> MultilayerBaker<T, RaySource<Ray<T>>> {
     let source: RaySource<Ray<T>> = RaySource(ray::<T>);
-    MultilayerBaker::new(source, settings).unwrap()
+    MultilayerBaker::new(source, settings()).unwrap()
+}
+
+/// The sheets, without smoke.
+pub(crate) fn source() -> RaySource<Ray<f32>> {
+    RaySource(sheets::<f32>)
 }
 
 /// At the origin, looking down −z, 90 degrees wide.

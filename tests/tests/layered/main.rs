@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
+mod contents;
 mod damage;
 mod examples;
 mod round_trip;

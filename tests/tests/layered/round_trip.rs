@@ -75,7 +75,7 @@ fn coloured_maps_come_back() {
 #[test]
 fn threads_do_not_change_the_bytes() {
     let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    for kind in [LayeredKind::Mtsm, LayeredKind::Layers] {
+    for kind in [LayeredKind::Mtsm, LayeredKind::Layers, LayeredKind::Fragments] {
         let files = [1, 4].map(|threads| pool(threads).install(|| file::<f32>(kind, Block::Zstd)));
         assert_eq!(files[0], files[1]);
     }
