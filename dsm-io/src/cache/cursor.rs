@@ -203,11 +203,7 @@ impl<T: Transmittance> VisibilityField for LookupCursor<T> {
         }
         let corner = [columns.start - x, rows.start - y];
         self.rows_ahead[index].include(&rows, step, corner[1], held.pixels.as_deref());
-        let mut asked = 0;
-        for row in rows {
-            let run = within(&columns, visitor.columns(row));
-            asked += held.evaluate_run(corner, row, run, visitor);
-        }
+        let asked = held.evaluate_block(corner, &columns, rows, visitor);
         slot.set(held);
         self.hits.update(|hits| hits + asked);
         Ok(())

@@ -23,6 +23,34 @@ impl<T: Transmittance> Slot<T> {
         self.pixels.as_ref().map_or(0, |pixels| pixels.bytes())
     }
 
+    /// Hands `visitor` a block that lies within the tile with this corner. Tells
+    /// how many pixels were asked.
+    #[inline(always)]
+    pub(super) fn evaluate_block(
+        &self,
+        [left, top]: [u32; 2],
+        columns: &Range<u32>,
+        rows: Range<u32>,
+        visitor: &mut impl BlockVisitor<T>,
+    ) -> u64 {
+        let mut asked = 0;
+        let Some(pixels) = &self.pixels else {
+            for row in rows {
+                asked += take_clear(within(columns, visitor.columns(row)), visitor);
+            }
+            return asked;
+        };
+        // Once, not once a row.
+        let pixels = pixels.view();
+        for row in rows {
+            let run = within(columns, visitor.columns(row));
+            let first = (row - top) as usize * pixels.width() as usize;
+            let ahead = (run.start - left) as usize;
+            asked += visitor.take_run(run, pixels, first + ahead);
+        }
+        asked
+    }
+
     /// Hands `visitor` a run of pixels of a row that was begun, which lies
     /// within the tile with this corner. Tells how many were asked.
     #[inline(always)]
