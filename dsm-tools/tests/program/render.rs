@@ -175,3 +175,54 @@ fn what_cannot_be_rendered_leaves_no_picture() {
     run!("render", scene, "-o", image, "--method", "reference", "--map", "a.dsm")
         .is_wrong_usage("--map has no use");
 }
+
+#[test]
+fn every_switch_shows_in_the_picture() {
+    let folder = Folder::new();
+    let point = scene(&folder);
+    let area = SCENE.replace("fov = 60.0", "fov = 60.0\nshape = \"rectangle\"\nsize = [1.0, 1.0]");
+    let area = folder.write("area.toml", area);
+    let coloured = SCENE.replace("opacity = 0.75", "opacity = [0.75, 0.5, 0.25]");
+    let coloured = folder.write("coloured.toml", coloured);
+    // A floor whose depth changes within a pixel.
+    let slanted = fs::read_to_string(&area).unwrap() + "transform = { rotate = [0, 0, 30] }\n";
+    let slanted = folder.write("slanted.toml", slanted);
+    let bake = |scene: &std::path::Path, kind: &str| {
+        let map = folder.path(&format!("{kind}.dsm"));
+        run!("bake", scene, "-o", map, "--kind", kind, "--resolution", "64", "--quiet").stdout();
+        map.to_str().unwrap().to_owned()
+    };
+    let (fragments, layers) = (bake(&area, "layers"), bake(&slanted, "mtsm"));
+    let image = folder.path("image.exr");
+    let draw = |scene: &std::path::Path, arguments: &[&str]| {
+        let base = ["render", scene.to_str().unwrap(), "-o", image.to_str().unwrap(), "--quiet"];
+        let few = ["--factor", "--samples", "2", "--method"];
+        run::run(base.iter().chain(&few).chain(arguments)).stdout();
+        fs::read(&image).unwrap()
+    };
+    let traced = ["trace", "--map", &fragments];
+    let filtered = ["pcf", "--map", &layers];
+    for (scene, method, switch) in [
+        (&area, &["reference"][..], &["--light-size", "2"][..]),
+        (&area, &["reference"], &["--rays", "4"]),
+        (&point, &["pcf"], &["--width", "9"]),
+        (&point, &["filter", "--filter", "box"], &["--width", "9"]),
+        // Bakes the levels, too.
+        (&point, &["filter"], &["--level", "3"]),
+        (&area, &traced, &["--bias", "3"]),
+        (&area, &traced, &["--light-size", "2"]),
+        (&area, &traced, &["--rays", "4"]),
+        (&slanted, &filtered, &["--rays", "4"]),
+        (&slanted, &filtered, &["--bias", "0"]),
+    ] {
+        let with = draw(scene, &[method, switch].concat());
+        assert!(draw(scene, method) != with, "{method:?} {switch:?}");
+    }
+    // Where nothing has a colour, no picture has one.
+    assert!(draw(&coloured, &["reference"]) != draw(&point, &["reference"]));
+    let channels = |scene: &std::path::Path| {
+        draw(scene, &["reference"]);
+        exr::meta::MetaData::read_from_file(&image, false).unwrap().headers[0].channels.list.len()
+    };
+    assert_eq!([channels(&coloured), channels(&point)], [3, 1]);
+}
