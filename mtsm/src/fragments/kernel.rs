@@ -119,7 +119,12 @@ fn trace_alone<S: Simd, T: Transmittance>(
 
 /// The corners of pixels of a block, in pixels before the apex.
 #[inline(always)]
-fn beyond<S: Simd>(simd: S, apex: &Apex, block: Block, at: [f32x16<S>; 2]) -> [f32x16<S>; 2] {
+pub(crate) fn beyond<S: Simd>(
+    simd: S,
+    apex: &Apex,
+    block: Block,
+    at: [f32x16<S>; 2],
+) -> [f32x16<S>; 2] {
     let corner = block.at.map(|at| 4.0 * at as f32);
     let place = apex.place.map(|at| f32x16::splat(simd, at));
     [place[0] - (at[0] + corner[0]), place[1] - (at[1] + corner[1])]

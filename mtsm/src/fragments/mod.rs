@@ -21,6 +21,7 @@ mod packed;
 mod packet;
 mod range_tree;
 mod tracer;
+mod umbra;
 mod visit_order;
 
 pub use builder::{FragmentBuilder, FragmentCounts};

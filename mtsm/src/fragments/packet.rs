@@ -55,7 +55,25 @@ pub(crate) struct Packet {
     pub(crate) end: [f32; LANES],
     /// Lanes that leave the raster at the depths of the map.
     pub(crate) leaving: u32,
+    pub(crate) reach: Reach,
     pub(crate) cone: Cone,
+}
+
+/// Where all rays of some count.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reach {
+    /// From where on: for planes, and for what faces the camera.
+    pub(crate) starts: [f32; 2],
+    /// How far: less than 0 if one of them meets nothing at all.
+    pub(crate) end: f32,
+}
+
+impl Reach {
+    /// What both have in common.
+    pub(crate) fn and(self, other: Self) -> Self {
+        let start = |kind: usize| self.starts[kind].max(other.starts[kind]);
+        Self { starts: [start(0), start(1)], end: self.end.min(other.end) }
+    }
 }
 
 impl Apex {
@@ -117,14 +135,14 @@ impl Packet {
             end[lane] = if shades { reach as f32 } else { -1.0 };
         }
         let farthest = (f64::from(range[0]) - w) as f32;
-        Self::finish(simd, frame.size(), apex, slope, start, end, farthest)
+        let count = lights.len().min(LANES);
+        Self::finish(simd, (frame.size(), apex, count), slope, start, end, farthest)
     }
 
     #[inline(always)]
     fn finish<S: Simd>(
         simd: S,
-        size: [u32; 2],
-        apex: &Apex,
+        (size, apex, count): ([u32; 2], &Apex, usize),
         slope: [[f32; LANES]; 2],
         start: [[f32; LANES]; 2],
         end: [f32; LANES],
@@ -158,7 +176,12 @@ impl Packet {
         let slope = [along_x, along_y].map(|along| rays.select(along, zero).to_array());
         let end = rays.select(last, splat(-1.0)).to_array();
         let leaving = (outside & rays).to_bitmask() as u32;
-        Self { slope, start, end, leaving, cone }
+        let all = rays.to_bitmask().count_ones() as usize == count;
+        let reach = Reach {
+            starts: [greatest(load(start[0]), rays), greatest(load(start[1]), rays)],
+            end: if all { least(last, rays) } else { -1.0 },
+        };
+        Self { slope, start, end, leaving, reach, cone }
     }
 }
 

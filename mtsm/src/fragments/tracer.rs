@@ -16,8 +16,9 @@ use crate::fragments::frontier::{Frontier, whole};
 use crate::fragments::kernel::{Stacks, Stage, trace};
 use crate::fragments::lanes::Lanes;
 use crate::fragments::packed::PackedFragments;
-use crate::fragments::packet::{Apex, Packet, Starts};
+use crate::fragments::packet::{Apex, Packet, Reach, Starts};
 use crate::fragments::range_tree::{Cone, LANES, RangeTree};
+use crate::fragments::umbra::is_blocked;
 use crate::trace_statistics::{TraceCounters, TraceStatistics};
 
 /// Where a ray starts, in lengths of it: for planes, which do not shade
@@ -312,8 +313,13 @@ impl<'a, T: Transmittance> FragmentTracer<'a, T> {
         if let Some((_, cut)) = far {
             frontier.fill(simd, &self.tree, &Cone { far: cone.far.min(cut), ..cone });
         }
+        let cut = far.map_or(f32::INFINITY, |(_, cut)| cut);
+        let reach = packets.iter().flatten().map(|packet| packet.reach);
+        let reach = reach.fold(Reach { starts: [0.0; 2], end: cut }, Reach::and);
+        if is_blocked(simd, &stage, frame.size(), &cone, reach) {
+            return leaving;
+        }
         for (packet, lights) in packets.iter().flatten().zip(lights.chunks(LANES)) {
-            let cut = far.map_or(f32::INFINITY, |(_, cut)| cut);
             let mut lanes = Lanes::new(simd, packet, cut);
             let cone = Cone { far: packet.cone.far.min(cut), ..packet.cone };
             trace(simd, &stage, frontier, &cone, stacks, &mut lanes);
