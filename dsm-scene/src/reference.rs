@@ -4,6 +4,7 @@ use std::convert::Infallible;
 use std::marker::PhantomData;
 
 use dsm_core::{AreaLight, LightVisibility, OcclusionTracer, Transmittance};
+use dsm_trace::LightMean;
 use glam::DVec3;
 
 use crate::trace::{Ray, TracedScene};
@@ -76,17 +77,14 @@ impl<T: Transmittance> LightVisibility for SceneReference<'_, T> {
         let is_point = light.shape() == dsm_core::LightShape::Point;
         let rays = if is_point && !self.scene.is_moving() { 1 } else { self.rays };
         let mut tracer = self.scene.tracer();
-        let mut sum = T::BLOCKED.to_sum();
+        let mut mean = LightMean::new();
         // The golden ratio spreads times evenly, whatever the number of rays.
         let golden = 0.618_033_988_749_895;
         let first = (seed as f64 * golden).fract();
         for (index, point) in light.samples(receiver, rays, seed).enumerate() {
             let time = (first + index as f64 * golden).fract();
-            let value: T = tracer.transmittance(&self.shadow_ray(receiver, point, time));
-            let value = value.to_sum();
-            sum.as_mut().iter_mut().zip(value.as_ref()).for_each(|(sum, part)| *sum += part);
+            mean.add(tracer.transmittance(&self.shadow_ray(receiver, point, time)));
         }
-        sum.as_mut().iter_mut().for_each(|part| *part /= f64::from(rays));
-        Ok(T::from_sum(sum))
+        Ok(mean.of(rays))
     }
 }

@@ -6,10 +6,12 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use dsm_core::{AreaLight, LightExtent, LightShape, LightVisibility, Transmittance};
 use dsm_io::{Container, Limits};
+use dsm_trace::{LightFrame, TraceStatistics};
 use mtsm::{
-    FilteredLayers, FragmentTracer, LayeredKind, LayeredReader, LeafRule, LightFrame,
-    MultilayerTracer, SoftPercentageCloser, TraceSettings, TraceStatistics, TracedMap,
+    FilteredLayers, LayeredKind, LayeredReader, LeafRule, MultilayerTracer, SoftPercentageCloser,
+    TraceSettings, TracedMap,
 };
+use shadow_maps::fragments::FragmentTracer;
 
 /// The layered map in a file; none if it is of another kind.
 pub(crate) fn open(path: &Path) -> Result<Option<LayeredReader>> {
@@ -72,7 +74,7 @@ pub(crate) trait AreaVisitor {
 /// Soft shadows of a layered map.
 pub(crate) trait AreaShadow: LightVisibility<Error = std::convert::Infallible> {
     /// The light's frame.
-    fn frame(&self) -> &mtsm::LightFrame;
+    fn frame(&self) -> &dsm_trace::LightFrame;
 
     /// What was asked so far.
     fn statistics(&self) -> TraceStatistics;
@@ -85,7 +87,7 @@ pub(crate) trait AreaShadow: LightVisibility<Error = std::convert::Infallible> {
 }
 
 impl<M: TracedMap> AreaShadow for MultilayerTracer<'_, M> {
-    fn frame(&self) -> &mtsm::LightFrame {
+    fn frame(&self) -> &dsm_trace::LightFrame {
         self.frame()
     }
 
@@ -95,7 +97,7 @@ impl<M: TracedMap> AreaShadow for MultilayerTracer<'_, M> {
 }
 
 impl<T: Transmittance> AreaShadow for FragmentTracer<'_, T> {
-    fn frame(&self) -> &mtsm::LightFrame {
+    fn frame(&self) -> &dsm_trace::LightFrame {
         self.map().frame()
     }
 
@@ -109,7 +111,7 @@ impl<T: Transmittance> AreaShadow for FragmentTracer<'_, T> {
 }
 
 impl<M: TracedMap> AreaShadow for SoftPercentageCloser<'_, M> {
-    fn frame(&self) -> &mtsm::LightFrame {
+    fn frame(&self) -> &dsm_trace::LightFrame {
         self.frame()
     }
 

@@ -5,13 +5,14 @@ use std::ops::{ControlFlow, Range};
 use std::sync::{Mutex, PoisonError};
 
 use dsm_core::{BakeProgress, Baker, Error, HitSource, Result, SampledPixel, Transmittance};
+use dsm_io::RowOrder;
 
-use crate::row_order::RowOrder;
+use crate::depth_layers::{DepthLayers, MultilayerDepthMap};
+use crate::layer::Layer;
+use crate::layered_pixels::{LayeredPixels, LayeredPixelsBuilder};
+use crate::multilayer_map::MultilayerMap;
+use crate::multilayer_settings::{LayeredInfo, MultilayerSettings};
 use crate::run_builder::RunBuilder;
-use crate::{
-    DepthLayers, Layer, LayeredInfo, LayeredPixels, LayeredPixelsBuilder, MultilayerDepthMap,
-    MultilayerMap, MultilayerSettings,
-};
 
 /// Bakes multilayer transparent shadow maps: the construction of deep shadow
 /// maps, with the number of samples between layers, and with runs. Where the

@@ -5,14 +5,16 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 
 use dsm_core::{AreaLight, Error, LightVisibility, OcclusionTracer, Result, Transmittance};
+use dsm_trace::{
+    LightFrame, LightMean, MinMaxPyramid, ShadowRay, TraceCounters, TraceStatistics,
+    walk_every_pixel, walk_pixels,
+};
 use glam::DVec3;
 
-use crate::leaf_rule::{Interval, RayLight};
-use crate::trace_statistics::TraceCounters;
-use crate::{
-    LayeredInfo, LeafRule, LightFrame, MinMaxPyramid, MultilayerDepthMap, MultilayerMap, ShadowRay,
-    TraceStatistics, walk_every_pixel, walk_pixels,
-};
+use crate::depth_layers::MultilayerDepthMap;
+use crate::leaf_rule::{Interval, LeafRule, RayLight};
+use crate::multilayer_map::MultilayerMap;
+use crate::multilayer_settings::LayeredInfo;
 
 /// How a map of layers is traced.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -338,16 +340,11 @@ impl<M: TracedMap> LightVisibility for MultilayerTracer<'_, M> {
         seed: u64,
     ) -> std::result::Result<M::Value, Infallible> {
         let mut counted = TraceStatistics::default();
-        let mut sum = M::Value::BLOCKED.to_sum();
+        let mut mean = LightMean::<M::Value>::new();
         for point in light.samples(receiver, self.settings.rays, seed) {
-            let left = self.trace(receiver, point, &mut counted);
-            for (sum, left) in sum.as_mut().iter_mut().zip(left.as_ref()) {
-                *sum += left;
-            }
+            mean.add_sum(self.trace(receiver, point, &mut counted));
         }
         self.counters.add(counted);
-        let rays = f64::from(self.settings.rays);
-        let mean = M::Value::sum_from_channels(|channel| sum.as_ref()[channel] / rays);
-        Ok(M::Value::from_sum(mean))
+        Ok(mean.of(self.settings.rays))
     }
 }

@@ -4,11 +4,10 @@
 use std::convert::Infallible;
 
 use dsm_core::{AreaLight, Error, LightVisibility, Result, Transmittance};
+use dsm_trace::{LightFrame, LightMean, TraceCounters, TraceStatistics};
 use glam::DVec3;
 
 use crate::multilayer_tracer::{TracedMap, map_frame};
-use crate::trace_statistics::TraceCounters;
-use crate::{LightFrame, TraceStatistics};
 
 /// Which layers of a pixel shade.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -148,16 +147,11 @@ impl<M: TracedMap> LightVisibility for SoftPercentageCloser<'_, M> {
         seed: u64,
     ) -> std::result::Result<M::Value, Infallible> {
         let mut counted = TraceStatistics::default();
-        let mut sum = M::Value::BLOCKED.to_sum();
+        let mut mean = LightMean::new();
         for point in light.samples(receiver, self.taps, seed) {
-            let left = self.tap(receiver, point, &mut counted).unwrap_or(M::Value::CLEAR);
-            for (channel, sum) in sum.as_mut().iter_mut().enumerate() {
-                *sum += f64::from(left.channel(channel));
-            }
+            mean.add(self.tap(receiver, point, &mut counted).unwrap_or(M::Value::CLEAR));
         }
         self.counters.add(counted);
-        let taps = f64::from(self.taps);
-        let mean = M::Value::sum_from_channels(|channel| sum.as_ref()[channel] / taps);
-        Ok(M::Value::from_sum(mean))
+        Ok(mean.of(self.taps))
     }
 }

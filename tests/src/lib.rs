@@ -1,11 +1,8 @@
 //! Contracts across the libraries: see the tests of this package, which share
 //! what stands here.
 
-pub mod figures;
 pub mod forge;
 pub mod fuzz;
-pub mod pictures;
-pub mod soft_shadows;
 
 /// The README's example compiles.
 #[cfg(doctest)]

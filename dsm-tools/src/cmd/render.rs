@@ -17,11 +17,12 @@ use dsm_scene::{
     Image, ImageDifference, RenderSettings, Renderer, Scene, SceneRasterizer, SceneReference,
     TracedScene, open_scene,
 };
-use mtsm::{
-    DepthMap, DepthMapSettings, LayeredKind, LightFrame, MultilayerSettings,
-    PercentageCloserFilter, PercentageCloserShadow,
-};
+use dsm_trace::LightFrame;
+use mtsm::{LayeredKind, MultilayerSettings};
 use serde::Serialize;
+use shadow_maps::plain::{
+    DepthMap, DepthMapSettings, PercentageCloserFilter, PercentageCloserShadow,
+};
 
 use super::bake::BakeJob;
 use super::bake_layers::LayersJob;

@@ -8,8 +8,9 @@ use dsm_core::{Facing, LightVisibility, Rgb, ShadedPoint, Transmittance};
 use dsm_io::Limits;
 use dsm_scene::{SceneReference, TracedScene, open_scene};
 use glam::DVec3;
-use mtsm::{FragmentTracer, LayeredReader};
+use mtsm::LayeredReader;
 use serde_json::Value;
+use shadow_maps::fragments::FragmentTracer;
 
 use crate::layers::{lights, points, scene};
 use crate::maps::Folder;

@@ -4,15 +4,16 @@ use std::path::Path;
 
 use dsm_core::{HitSource, MapInfo, Transmittance};
 use dsm_io::{
-    AchievedError, Block, ColumnReader, EncodedTile, Error, Metadata, Result, TileColumn, TileId,
+    AchievedError, Block, ColumnReader, EncodedTile, Error, Metadata, PixelBlock, Result,
+    TileColumn, TileId,
 };
 use rayon::prelude::*;
+use shadow_maps::fragments::{Fragment, FragmentBuilder, FragmentColumns, FragmentCounts};
 
 use super::bake::{LayeredReport, LayeredWriter};
 use super::tile::StoredTile;
 use super::{LayeredKeys, LayeredKind};
-use crate::row_order::PixelBlock;
-use crate::{Fragment, FragmentBuilder, FragmentColumns, FragmentCounts, Layering};
+use crate::multilayer_settings::Layering;
 
 /// The fragments of a tile.
 #[derive(Clone, Debug)]

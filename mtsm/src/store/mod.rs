@@ -9,7 +9,7 @@ mod tile;
 
 use serde::{Deserialize, Serialize};
 
-use crate::Layering;
+use crate::multilayer_settings::Layering;
 
 /// What the layers of a stored map are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,17 +3,19 @@
 use std::path::Path;
 
 use dsm_core::{Rgb, SurfaceHit, Transmittance};
-use dsm_io::{ColumnReader, Container, Error, Limits, Metadata, Place, Result, TileId};
+use dsm_io::{ColumnReader, Container, Error, Limits, Metadata, Place, Result, RowOrder, TileId};
+use dsm_trace::LightFrame;
+use shadow_maps::fragments::{Fragment, FragmentMap};
 
 use super::fragments::{FragmentPixels, FragmentTile};
 use super::summary::LayeredSummary;
 use super::tile::StoredTile;
 use super::{LayeredKeys, LayeredKind};
-use crate::row_order::RowOrder;
-use crate::{
-    DepthLayers, Fragment, FragmentMap, Layer, LayeredInfo, LayeredPixels, LayeredPixelsBuilder,
-    Layering, LightFrame, MultilayerDepthMap, MultilayerMap,
-};
+use crate::depth_layers::{DepthLayers, MultilayerDepthMap};
+use crate::layer::Layer;
+use crate::layered_pixels::{LayeredPixels, LayeredPixelsBuilder};
+use crate::multilayer_map::MultilayerMap;
+use crate::multilayer_settings::{LayeredInfo, Layering};
 
 /// An open layered map.
 ///

@@ -8,9 +8,10 @@ use dsm_core::{
 use dsm_io::{Block, Container, ContainerWriter, Level, Limits, Memory};
 use glam::Vec3;
 use mtsm::{
-    FragmentMap, LayeredKind, LayeredReader, LayeredReport, MultilayerBaker, bake_fragments,
-    bake_layers, bake_mtsm,
+    LayeredKind, LayeredReader, LayeredReport, MultilayerBaker, bake_fragments, bake_layers,
+    bake_mtsm,
 };
+use shadow_maps::fragments::FragmentMap;
 
 use crate::examples::{baker, file, fragment_map, fragments, open, settings, source};
 

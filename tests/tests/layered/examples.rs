@@ -6,9 +6,10 @@ use dsm_core::{Error, RayHits, RaySource, SamplePoint, ShadowCamera, SurfaceHit,
 use dsm_io::{Block, Container, Limits, Memory};
 use glam::{Mat4, Vec4};
 use mtsm::{
-    FragmentBuilder, FragmentMap, LayeredKind, LayeredReader, MultilayerBaker, MultilayerSettings,
-    bake_fragments, bake_layers, bake_mtsm,
+    LayeredKind, LayeredReader, MultilayerBaker, MultilayerSettings, bake_fragments, bake_layers,
+    bake_mtsm,
 };
+use shadow_maps::fragments::{FragmentBuilder, FragmentMap};
 
 pub(crate) type Ray<T> = fn(SamplePoint, &mut RayHits<T>) -> Result<(), Error>;
 
