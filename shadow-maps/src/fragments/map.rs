@@ -94,7 +94,8 @@ impl<T: Transmittance> FragmentColumns<T> {
 /// ```
 /// use dsm_core::ShadowCamera;
 /// use glam::{Mat4, Vec4};
-/// use mtsm::{Fragment, FragmentColumns, FragmentMap, LightFrame};
+/// use dsm_trace::LightFrame;
+/// use shadow_maps::fragments::{Fragment, FragmentColumns, FragmentMap};
 ///
 /// # let to_ndc = Mat4::from_cols(
 /// #     Vec4::new(0.5, 0.0, 0.0, 0.0),
