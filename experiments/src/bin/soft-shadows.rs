@@ -6,7 +6,9 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Result, bail};
-use dsm_experiments::soft_shadows::{Cost, Effort, Figure4, Study, Table1, Table2, Table3, figure_2};
+use dsm_experiments::soft_shadows::{
+    Cost, Effort, Figure4, Study, Table1, Table2, Table3, figure_2,
+};
 
 /// What can be asked for, in the order of `all`.
 const EXPERIMENTS: [&str; 6] = ["table-1", "table-2", "table-3", "figure-4", "figure-2", "cost"];
