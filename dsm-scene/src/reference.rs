@@ -2,6 +2,7 @@
 
 use std::convert::Infallible;
 use std::marker::PhantomData;
+use std::sync::Arc;
 
 use dsm_core::{AreaLight, LightVisibility, OcclusionTracer, Transmittance};
 use dsm_trace::LightMean;
@@ -18,25 +19,25 @@ use crate::trace::{Ray, TracedScene};
 ///
 /// let scene = builtin_scene("pipes")?;
 /// let traced = TracedScene::new(&scene)?;
-/// let reference = SceneReference::<f32>::new(&traced).with_rays(64);
+/// let reference = SceneReference::<f32>::new(traced).with_rays(64);
 /// let light = scene.light.area()?;
 /// let Ok(lit) = reference.visibility(DVec3::new(6.0, 0.01, 6.0), &light, 0);
 /// let Ok(shaded) = reference.visibility(DVec3::new(-0.5, 0.01, -0.7), &light, 0);
 /// assert!(lit == 1.0 && shaded < 0.7);
 /// # Ok::<(), dsm_scene::Error>(())
 /// ```
-pub struct SceneReference<'a, T> {
-    scene: &'a TracedScene,
+pub struct SceneReference<T> {
+    scene: Arc<TracedScene>,
     rays: u32,
     start: f64,
     value: PhantomData<fn() -> T>,
 }
 
-impl<'a, T: Transmittance> SceneReference<'a, T> {
+impl<T: Transmittance> SceneReference<T> {
     /// 256 rays a light, which start 10⁻⁴ scene units from the receiver.
     #[must_use]
-    pub fn new(scene: &'a TracedScene) -> Self {
-        Self { scene, rays: 256, start: 1e-4, value: PhantomData }
+    pub fn new(scene: impl Into<Arc<TracedScene>>) -> Self {
+        Self { scene: scene.into(), rays: 256, start: 1e-4, value: PhantomData }
     }
 
     /// The same with another number of rays, at least 1. A point light takes
@@ -59,7 +60,7 @@ impl<'a, T: Transmittance> SceneReference<'a, T> {
     }
 }
 
-impl<T: Transmittance> OcclusionTracer for SceneReference<'_, T> {
+impl<T: Transmittance> OcclusionTracer for SceneReference<T> {
     type Value = T;
     type Error = Infallible;
 
@@ -68,7 +69,7 @@ impl<T: Transmittance> OcclusionTracer for SceneReference<'_, T> {
     }
 }
 
-impl<T: Transmittance> LightVisibility for SceneReference<'_, T> {
+impl<T: Transmittance> LightVisibility for SceneReference<T> {
     type Value = T;
     type Error = Infallible;
 

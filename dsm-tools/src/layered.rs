@@ -2,6 +2,7 @@
 //! them.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
 use dsm_core::{AreaLight, LightExtent, LightShape, LightVisibility, Transmittance};
@@ -86,7 +87,7 @@ pub(crate) trait AreaShadow: LightVisibility<Error = std::convert::Infallible> {
     }
 }
 
-impl<M: TracedMap> AreaShadow for MultilayerTracer<'_, M> {
+impl<M: TracedMap> AreaShadow for MultilayerTracer<M> {
     fn frame(&self) -> &dsm_trace::LightFrame {
         self.frame()
     }
@@ -96,7 +97,7 @@ impl<M: TracedMap> AreaShadow for MultilayerTracer<'_, M> {
     }
 }
 
-impl<T: Transmittance> AreaShadow for FragmentTracer<'_, T> {
+impl<T: Transmittance> AreaShadow for FragmentTracer<T> {
     fn frame(&self) -> &dsm_trace::LightFrame {
         self.map().frame()
     }
@@ -110,7 +111,7 @@ impl<T: Transmittance> AreaShadow for FragmentTracer<'_, T> {
     }
 }
 
-impl<M: TracedMap> AreaShadow for SoftPercentageCloser<'_, M> {
+impl<M: TracedMap> AreaShadow for SoftPercentageCloser<M> {
     fn frame(&self) -> &dsm_trace::LightFrame {
         self.frame()
     }
@@ -140,9 +141,9 @@ fn with_channels<T: Transmittance, V: AreaVisitor>(
 ) -> Result<V::Output> {
     let path = reader.container().path().unwrap_or(Path::new("")).display().to_string();
     match reader.kind() {
-        LayeredKind::Mtsm => with_map(&reader.multilayer_map::<T>()?, method, visitor, &path),
+        LayeredKind::Mtsm => with_map(reader.multilayer_map::<T>()?, method, visitor, &path),
         LayeredKind::Layers => {
-            with_map(&reader.multilayer_depth_map::<T>()?, method, visitor, &path)
+            with_map(reader.multilayer_depth_map::<T>()?, method, visitor, &path)
         }
         LayeredKind::Fragments => {
             let AreaMethod::Trace { rays, start, layers } = method else {
@@ -157,7 +158,7 @@ fn with_channels<T: Transmittance, V: AreaVisitor>(
             let map = reader.fragment_map::<T>()?;
             let light = visitor.light(map.frame())?;
             // Before the rest is set, so that map and light alone decide.
-            let tracer = FragmentTracer::new(&map).with_context(|| path.clone())?;
+            let tracer = FragmentTracer::new(map).with_context(|| path.clone())?;
             let tracer = tracer.for_light(&light).with_rays(rays);
             visitor.visit(&match start {
                 Some(start) => tracer.with_start(start, start),
@@ -169,7 +170,7 @@ fn with_channels<T: Transmittance, V: AreaVisitor>(
 }
 
 fn with_map<M: TracedMap, V: AreaVisitor>(
-    map: &M,
+    map: M,
     method: AreaMethod,
     visitor: V,
     path: &str,
@@ -184,11 +185,12 @@ fn with_map<M: TracedMap, V: AreaVisitor>(
                 rays,
                 ..default
             };
-            let tracer = MultilayerTracer::new(map, settings).with_context(|| path.to_owned())?;
+            let tracer =
+                MultilayerTracer::new(Arc::new(map), settings).with_context(|| path.to_owned())?;
             visitor.visit(&tracer)
         }
         AreaMethod::Pcf { taps, bias } => {
-            let filter = SoftPercentageCloser::new(map, FilteredLayers::All)
+            let filter = SoftPercentageCloser::new(Arc::new(map), FilteredLayers::All)
                 .and_then(|filter| filter.with_taps(taps))
                 .and_then(|filter| match bias {
                     Some(bias) => filter.with_bias(bias),

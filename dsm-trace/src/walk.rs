@@ -27,7 +27,7 @@ impl<F: FnMut([u32; 2], f64, f64) -> ControlFlow<()>> PixelLeaf for F {
 ///
 /// ```
 /// use std::ops::ControlFlow;
-/// use mtsm::{MinMaxPyramid, ShadowRay, walk_pixels};
+/// use dsm_trace::{MinMaxPyramid, ShadowRay, walk_pixels};
 ///
 /// // One layer, of depth 2, in the left half of the map.
 /// let pyramid = MinMaxPyramid::new([8, 8], |x, _| (x < 4).then_some([0.5, 0.5]))?;

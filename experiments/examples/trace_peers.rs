@@ -174,7 +174,7 @@ fn main() -> Result<(), Failure> {
         starts.into_iter().flat_map(|start| tables.iter().map(move |&far| (start, far)))
     {
         let begin = Instant::now();
-        let mut tracer = FragmentTracer::new(&map)?;
+        let mut tracer = FragmentTracer::new(map.clone())?;
         if let Some((plane, facing)) = start {
             tracer = tracer.with_start(plane, facing);
         }

@@ -3,6 +3,7 @@
 
 use std::convert::Infallible;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use dsm_core::{AreaLight, Error, LightVisibility, OcclusionTracer, Result, Transmittance};
 use dsm_trace::{
@@ -74,7 +75,7 @@ mod sealed {
     use crate::leaf_rule::{Interval, RayLight};
 
     /// The layers of a map's pixels, as a shadow ray meets them.
-    pub trait Layers: Sync {
+    pub trait Layers: Send + Sync {
         /// Mono or coloured.
         type Value: Transmittance;
 
@@ -205,8 +206,8 @@ type Sum<M> = <<M as sealed::Layers>::Value as Transmittance>::Sum;
 /// ([`Self::statistics`] counts both). Lights may be of any size: what the map
 /// does not show of one casts no shadow.
 #[derive(Debug)]
-pub struct MultilayerTracer<'a, M> {
-    map: &'a M,
+pub struct MultilayerTracer<M> {
+    map: Arc<M>,
     frame: LightFrame,
     pyramid: MinMaxPyramid,
     range: Option<[f32; 2]>,
@@ -215,16 +216,16 @@ pub struct MultilayerTracer<'a, M> {
     counters: TraceCounters,
 }
 
-impl<'a, M: TracedMap> MultilayerTracer<'a, M> {
+impl<M: TracedMap> MultilayerTracer<M> {
     /// A tracer of `map`. O(pixels).
     ///
     /// # Errors
     ///
     /// [`Error::Setting`] for settings out of range, [`Error::Camera`] if the map
     /// has no perspective camera.
-    pub fn new(map: &'a M, settings: TraceSettings) -> Result<Self> {
+    pub fn new(map: Arc<M>, settings: TraceSettings) -> Result<Self> {
         settings.check()?;
-        let frame = map_frame(map)?;
+        let frame = map_frame(&*map)?;
         let ranges = |pixel| map.depth_range(pixel);
         let pyramid = MinMaxPyramid::of_depths(map.size(), settings.depth_threshold, ranges)?;
         let range = pyramid.range();
@@ -312,7 +313,7 @@ impl<'a, M: TracedMap> MultilayerTracer<'a, M> {
     }
 }
 
-impl<M: TracedMap> OcclusionTracer for MultilayerTracer<'_, M> {
+impl<M: TracedMap> OcclusionTracer for MultilayerTracer<M> {
     type Value = M::Value;
     type Error = Infallible;
 
@@ -329,7 +330,7 @@ impl<M: TracedMap> OcclusionTracer for MultilayerTracer<'_, M> {
     }
 }
 
-impl<M: TracedMap> LightVisibility for MultilayerTracer<'_, M> {
+impl<M: TracedMap> LightVisibility for MultilayerTracer<M> {
     type Value = M::Value;
     type Error = Infallible;
 

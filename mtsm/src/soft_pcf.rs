@@ -2,6 +2,7 @@
 //! with (Xie, Tabellion & Pearce 2007, §3).
 
 use std::convert::Infallible;
+use std::sync::Arc;
 
 use dsm_core::{AreaLight, Error, LightVisibility, Result, Transmittance};
 use dsm_trace::{LightFrame, LightMean, TraceCounters, TraceStatistics};
@@ -32,8 +33,8 @@ pub enum FilteredLayers {
 /// many rays would go through, so that noise cancels where both are compared.
 /// Receivers beside the light are lit, and taps outside the map.
 #[derive(Debug)]
-pub struct SoftPercentageCloser<'a, M> {
-    map: &'a M,
+pub struct SoftPercentageCloser<M> {
+    map: Arc<M>,
     frame: LightFrame,
     /// The largest w of all layers.
     nearest: Option<f64>,
@@ -44,14 +45,14 @@ pub struct SoftPercentageCloser<'a, M> {
     counters: TraceCounters,
 }
 
-impl<'a, M: TracedMap> SoftPercentageCloser<'a, M> {
+impl<M: TracedMap> SoftPercentageCloser<M> {
     /// A filter of 256 taps over `map`, without bias. O(pixels).
     ///
     /// # Errors
     ///
     /// [`Error::Camera`] if the map has no perspective camera.
-    pub fn new(map: &'a M, layers: FilteredLayers) -> Result<Self> {
-        let frame = map_frame(map)?;
+    pub fn new(map: Arc<M>, layers: FilteredLayers) -> Result<Self> {
+        let frame = map_frame(&*map)?;
         let [width, height] = frame.size();
         let ranges = (0..width as usize * height as usize)
             .filter_map(|pixel| map.depth_range(pixel))
@@ -136,7 +137,7 @@ impl<'a, M: TracedMap> SoftPercentageCloser<'a, M> {
     }
 }
 
-impl<M: TracedMap> LightVisibility for SoftPercentageCloser<'_, M> {
+impl<M: TracedMap> LightVisibility for SoftPercentageCloser<M> {
     type Value = M::Value;
     type Error = Infallible;
 

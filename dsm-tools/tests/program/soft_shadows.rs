@@ -3,6 +3,7 @@
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
 use dsm_core::{Facing, LightVisibility, Rgb, ShadedPoint, Transmittance};
 use dsm_io::Limits;
@@ -56,8 +57,8 @@ fn leaves_are_traced_with_the_far_table_that_their_map_and_light_allow() {
     let light = fragments.frame().area_light(reader.metadata().info.light.unwrap());
     let shaded = |(seed, &position)| ShadedPoint { position, facing: Facing::Light, seed };
     let shaded: Vec<_> = (0..).zip(&points).map(shaded).collect();
-    let exact = FragmentTracer::new(&fragments).unwrap();
-    let far = FragmentTracer::new(&fragments).unwrap().for_light(&light);
+    let exact = FragmentTracer::new(fragments.clone()).unwrap();
+    let far = FragmentTracer::new(fragments.clone()).unwrap().for_light(&light);
     let [exact, far] = [exact, far].map(|tracer| {
         let mut values = Vec::new();
         let Ok(()) = tracer.visibilities(&shaded, &light, &mut values);
@@ -77,7 +78,7 @@ fn leaves_are_traced_with_the_far_table_that_their_map_and_light_allow() {
     let more = ["--method", "trace", "--samples", "1", "--resolution", "24"];
     let given = ["--map", map.to_str().unwrap()];
     run::run(base.iter().chain(&more).chain(&given)).stdout();
-    let tracer = || FragmentTracer::new(&fragments).unwrap();
+    let tracer = || FragmentTracer::new(fragments.clone()).unwrap();
     let exact = draw(&tracer().with_rays(16));
     let far = draw(&tracer().for_light(&light).with_rays(16));
     let drawn = fs::read(image).unwrap();
@@ -85,14 +86,14 @@ fn leaves_are_traced_with_the_far_table_that_their_map_and_light_allow() {
 }
 
 /// The foliage with these shadows, as `render` writes it.
-fn draw(shadow: &FragmentTracer<'_, f32>) -> Vec<u8> {
+fn draw(shadow: &FragmentTracer<f32>) -> Vec<u8> {
     let scene = open_scene(Path::new("builtin:foliage")).unwrap();
-    let traced = TracedScene::new(&scene).unwrap();
+    let traced = Arc::new(TracedScene::new(&scene).unwrap());
     let mut settings = dsm_scene::RenderSettings::new(1, 0).unwrap();
     settings.factor = true;
     let camera = scene.camera.raster([24; 2]).unwrap();
     let light = scene.light.area().unwrap();
-    let renderer = dsm_scene::Renderer::new(&traced, camera, light, settings);
+    let renderer = dsm_scene::Renderer::new(Arc::clone(&traced), camera, light, settings);
     let go_on = |_| std::ops::ControlFlow::Continue(());
     let Ok(Some(image)) = renderer.render(shadow, go_on) else { panic!("it was not interrupted") };
     image.to_png().unwrap()
@@ -284,8 +285,8 @@ fn panes_of_glass_colour_the_light_of_every_kind_of_map() {
     let scene = open_scene(Path::new("builtin:stained-glass")).unwrap();
     let (text, points) = grid(DVec3::new(0.0, 0.02, 1.3), 1.2);
     let file = folder.write("p.csv", text);
-    let traced = TracedScene::new(&scene).unwrap();
-    let reference = SceneReference::<Rgb>::new(&traced).with_rays(256);
+    let traced = Arc::new(TracedScene::new(&scene).unwrap());
+    let reference = SceneReference::<Rgb>::new(Arc::clone(&traced)).with_rays(256);
     let light = scene.light.area().unwrap();
     let truth: Vec<Rgb> = (0..)
         .zip(&points)

@@ -266,7 +266,7 @@ fn row(
     let depths = DepthMap::sample(&stage.source, &settings)?;
     let stored = bakes.map(stage, side)?;
     let deep = stored.read()?;
-    let pcf = PercentageCloserFilter::new(&depths, samples)?;
+    let pcf = PercentageCloserFilter::new(depths.clone(), samples)?;
     // A box one pixel wide reaches the pixel that it is in.
     let deep_light = |receiver: &Receiver| {
         let Ok(light) = filtered_lookup(&deep, receiver, &Footprint::Point);

@@ -6,6 +6,7 @@ use dsm_core::{
     filtered_lookup,
 };
 use shadow_maps::plain::{Blocking, DepthMap, DepthMapSettings, PercentageCloserFilter};
+use std::sync::Arc;
 
 use super::machine::machine;
 use super::plot::{Panel, svg};
@@ -50,7 +51,7 @@ impl Figure9 {
         let mut settings = DepthMapSettings::new([effort.map; 2], samples)?;
         settings.sampling = PixelSampling::new(samples, 0)?;
         settings.blocking = Blocking::Opaque;
-        let depths = DepthMap::sample(&stage.source, &settings)?;
+        let depths = Arc::new(DepthMap::sample(&stage.source, &settings)?);
         let pyramid = Pyramid::new(bakes.map(stage, side)?.read_levels()?)?;
         let widths =
             || (1..).map(|power| 2.0_f32.powi(power)).take_while(|&w| w < effort.map as f32);
@@ -143,7 +144,7 @@ impl Figure9 {
 /// widths of one method next to each other, since they are compared.
 fn lookup_times(
     stage: &Stage,
-    depths: &DepthMap,
+    depths: &Arc<DepthMap>,
     pyramid: &Pyramid<DeepMap<f32>>,
     widths: &[f32],
 ) -> Result<Vec<[f64; 3]>> {
@@ -172,7 +173,7 @@ fn lookup_times(
     }
     for &width in widths {
         let mut next = 0;
-        let pcf = PercentageCloserFilter::new(depths, TAPS)?.with_width(width)?;
+        let pcf = PercentageCloserFilter::new(Arc::clone(depths), TAPS)?.with_width(width)?;
         methods.push(Box::new(move || {
             pass(all, &mut next, 2048, |index, at| pcf.lookup(&at, index as u64))
         }));

@@ -3,12 +3,15 @@
 use anyhow::{Result, anyhow};
 use plotters::coord::Shift;
 use plotters::prelude::*;
+use plotters::style::register_font;
 
 /// Width and height of a panel, in pixels of an SVG.
 const PANEL: (u32, u32) = (560, 440);
 /// Units a pixel: the library rounds corners to whole units.
 const UNITS: u32 = 8;
 const FAMILY: &str = "sans-serif";
+/// Measures the labels.
+const FONT: &[u8] = epaint_default_fonts::UBUNTU_LIGHT;
 const INK: RGBColor = RGBColor(0x2b, 0x2f, 0x36);
 const GRID: RGBColor = RGBColor(0xdf, 0xe2, 0xe7);
 const COLOURS: [RGBColor; 5] = [
@@ -55,6 +58,7 @@ fn draw(
     area: &DrawingArea<SVGBackend<'_>, Shift>,
     panel: &Panel,
 ) -> std::result::Result<(), Box<dyn std::error::Error>> {
+    register_font(FAMILY, FontStyle::Normal, FONT).map_err(|_| "the built-in font is no font")?;
     let text = |size: u32| (FAMILY, size * UNITS).into_font().color(&INK);
     let points = || panel.curves.iter().flat_map(|(_, points)| points.iter().copied());
     if points().next().is_none() {

@@ -1,6 +1,7 @@
 //! A scene, its map and its camera.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use anyhow::{Context, Result};
 use dsm_core::{
@@ -26,7 +27,7 @@ pub fn map_settings(side: u32, samples: u32) -> Result<BakeSettings> {
 /// A scene under a point light where its light's centre is, ready to be drawn.
 pub struct Stage {
     scene: Scene,
-    traced: TracedScene,
+    traced: Arc<TracedScene>,
     camera: Camera,
 }
 
@@ -37,7 +38,7 @@ impl Stage {
     ///
     /// If the scene is none.
     pub fn new(scene: Scene, resolution: [u32; 2]) -> Result<Self> {
-        let traced = TracedScene::new(&scene)?;
+        let traced = Arc::new(TracedScene::new(&scene)?);
         let camera = Camera { resolution, ..scene.camera };
         Ok(Self { scene, traced, camera })
     }
@@ -56,7 +57,7 @@ impl Stage {
 
     /// The scene, ready for rays.
     #[must_use]
-    pub const fn traced(&self) -> &TracedScene {
+    pub fn traced(&self) -> &TracedScene {
         &self.traced
     }
 
@@ -71,7 +72,7 @@ impl Stage {
     {
         let light = AreaLight::point(self.scene.light.view.eye);
         let camera = self.camera.raster(self.camera.resolution)?;
-        let renderer = Renderer::new(&self.traced, camera, light, settings.clone());
+        let renderer = Renderer::new(Arc::clone(&self.traced), camera, light, settings.clone());
         let image = renderer.render(shadow, |_| ControlFlow::Continue(()))?;
         image.context("nobody broke it off")
     }
@@ -83,9 +84,15 @@ impl Stage {
     /// If the camera is none.
     pub fn draw_traced(&self, rays: u32, settings: &RenderSettings) -> Result<Image> {
         if self.scene.is_coloured() {
-            self.draw(&SceneReference::<Rgb>::new(&self.traced).with_rays(rays), settings)
+            self.draw(
+                &SceneReference::<Rgb>::new(Arc::clone(&self.traced)).with_rays(rays),
+                settings,
+            )
         } else {
-            self.draw(&SceneReference::<f32>::new(&self.traced).with_rays(rays), settings)
+            self.draw(
+                &SceneReference::<f32>::new(Arc::clone(&self.traced)).with_rays(rays),
+                settings,
+            )
         }
     }
 

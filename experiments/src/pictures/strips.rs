@@ -62,7 +62,7 @@ fn hair(resolution: [u32; 2]) -> Result<Vec<Image>> {
     let settings = RenderSettings::new(1, 0)?;
     for (samples, taps) in [(1, 16), (64, 400)] {
         let map = depth_map(near.scene(), samples)?;
-        pictures.push(near.draw(&closer(&map, taps, 3.0)?, &settings)?);
+        pictures.push(near.draw(&closer(map, taps, 3.0)?, &settings)?);
     }
     let wide = Footprint::Isotropic(Filter::new(FilterShape::Box, 3.0)?);
     pictures.extend(near.draw_filtered(&map_settings(512, 64)?, &[wide], &settings)?);
@@ -79,10 +79,11 @@ fn depth_map(scene: &Scene, samples: u32) -> Result<DepthMap> {
 }
 
 /// Its filter, with the bias that deep maps have.
-fn closer(map: &DepthMap, taps: u32, width: f32) -> Result<PercentageCloserShadow<'_>> {
+fn closer(map: DepthMap, taps: u32, width: f32) -> Result<PercentageCloserShadow> {
     let info = MapInfo { camera: map.camera().copied(), ..MapInfo::default() };
+    let lookup = ShadowLookup::new(&info, map.size())?;
     let filter = PercentageCloserFilter::new(map, taps)?.with_width(width)?;
-    Ok(PercentageCloserShadow::new(filter, ShadowLookup::new(&info, map.size())?))
+    Ok(PercentageCloserShadow::new(filter, lookup))
 }
 
 /// The scene with the objects that `keep` takes.
@@ -128,7 +129,7 @@ fn sphere(resolution: [u32; 2]) -> Result<Vec<Image>> {
         ..scene
     };
     let map = depth_map(&frozen, 16)?;
-    let mut pictures = vec![stage.draw(&closer(&map, 64, 1.5)?, &settings)?];
+    let mut pictures = vec![stage.draw(&closer(map, 64, 1.5)?, &settings)?];
     pictures.extend(stage.draw_filtered(&map_settings(512, 64)?, &[tent(2.0)?], &settings)?);
     Ok(pictures)
 }

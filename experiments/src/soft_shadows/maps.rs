@@ -1,5 +1,6 @@
 //! The maps of a light, and the ways to make shadows of them.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::Result;
@@ -73,10 +74,10 @@ pub struct Map {
 enum Kind {
     /// With the side of a pixel at the light's target, in scene units.
     Layers {
-        map: MultilayerMap<f32>,
+        map: Arc<MultilayerMap<f32>>,
         pixel: f64,
     },
-    Fragments(FragmentMap<f32>),
+    Fragments(Arc<FragmentMap<f32>>),
 }
 
 impl Map {
@@ -130,13 +131,15 @@ impl Map {
         let (map, pixel) = match &self.kind {
             Kind::Fragments(map) => {
                 let light = stage.light(radius).area()?;
-                let tracer = FragmentTracer::new(map)?.for_light(&light).with_rays(rays);
+                let tracer =
+                    FragmentTracer::new(Arc::clone(map))?.for_light(&light).with_rays(rays);
                 return Ok(use_shadow(&tracer));
             }
             Kind::Layers { map, pixel } => (map, *pixel),
         };
         if self.method == Method::Filter {
-            let filter = SoftPercentageCloser::new(map, FilteredLayers::All)?.with_taps(rays)?;
+            let filter =
+                SoftPercentageCloser::new(Arc::clone(map), FilteredLayers::All)?.with_taps(rays)?;
             let filter =
                 if knob > 0.0 { filter.with_bias(knob)? } else { filter.with_pixel_bias() };
             return Ok(use_shadow(&filter));
@@ -145,7 +148,7 @@ impl Map {
         if self.method != Method::Ratio {
             (settings.rule, settings.depth_threshold) = (LeafRule::Subtract, knob * pixel);
         }
-        Ok(use_shadow(&MultilayerTracer::new(map, settings)?))
+        Ok(use_shadow(&MultilayerTracer::new(Arc::clone(map), settings)?))
     }
 }
 
@@ -162,7 +165,7 @@ impl Kind {
         let camera = raster.shadow_camera();
         if method == Method::Fragments {
             let builder = FragmentBuilder::new(camera, [side; 2], back)?;
-            return Ok(Self::Fragments(builder.build(&source)?));
+            return Ok(Self::Fragments(builder.build(&source)?.into()));
         }
         let mut settings = MultilayerSettings::new([side; 2])?;
         settings.bake.camera = Some(camera);
@@ -171,6 +174,6 @@ impl Kind {
         let map = MultilayerBaker::new(source, settings)?.map()?;
         let depth = (light.view.eye - light.view.target).length() + back;
         let pixel = 2.0 * depth * half.max_element() / f64::from(side);
-        Ok(Self::Layers { map, pixel })
+        Ok(Self::Layers { map: map.into(), pixel })
     }
 }

@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use anyhow::{Context, Result};
@@ -39,7 +39,7 @@ pub struct Stage {
     /// The scene; the light's outline is not the one that is measured.
     pub scene: Scene,
     /// The same, ready for rays.
-    pub traced: TracedScene,
+    pub traced: Arc<TracedScene>,
     /// What the camera sees, in scanline order.
     pub points: Vec<ShadedPoint>,
     /// The pixel of each point.
@@ -71,13 +71,13 @@ impl Stage {
     ///
     /// If the scene has no camera or no light.
     pub fn new(name: &'static str, scene: Scene, image: [u32; 2]) -> Result<Self> {
-        let traced = TracedScene::new(&scene)?;
+        let traced = Arc::new(TracedScene::new(&scene)?);
         let mut settings = RenderSettings::new(1, 0)?;
         settings.sampling = PixelSampling::centre();
         settings.factor = true;
         let asked = Asked::default();
         let camera = scene.camera.raster(image)?;
-        let renderer = Renderer::new(&traced, camera, scene.light.area()?, settings);
+        let renderer = Renderer::new(Arc::clone(&traced), camera, scene.light.area()?, settings);
         let numbers = renderer.render(&asked, |_| ControlFlow::Continue(()))?;
         let numbers = numbers.context("nobody broke it off")?;
         let asked = asked.0.into_inner().unwrap_or_else(PoisonError::into_inner);

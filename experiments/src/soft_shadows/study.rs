@@ -1,5 +1,7 @@
 //! What was measured, each once.
 
+use std::sync::Arc;
+
 use anyhow::{Context, Result};
 use dsm_scene::SceneReference;
 
@@ -109,7 +111,8 @@ impl Study {
     pub fn reference(&self, stage: usize, radius: f64) -> Result<Factors> {
         let stage = &self.stages[stage];
         let light = stage.light(radius).area()?;
-        let tracer = SceneReference::<f32>::new(&stage.traced).with_rays(self.effort.rays);
+        let tracer =
+            SceneReference::<f32>::new(Arc::clone(&stage.traced)).with_rays(self.effort.rays);
         Ok(stage.factors(&tracer, &light))
     }
 

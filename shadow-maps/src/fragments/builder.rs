@@ -26,7 +26,8 @@ const TILE: u32 = 16;
 /// ```
 /// use dsm_core::{Error, RayHits, RaySource, SamplePoint, ShadowCamera, SurfaceHit};
 /// use glam::{Mat4, Vec4};
-/// use mtsm::{FragmentBuilder, LightFrame};
+/// use dsm_trace::LightFrame;
+/// use shadow_maps::fragments::FragmentBuilder;
 ///
 /// # let to_ndc = Mat4::from_cols(
 /// #     Vec4::new(0.5, 0.0, 0.0, 0.0),

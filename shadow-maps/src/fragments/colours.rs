@@ -50,7 +50,7 @@ proptest! {
         spread in prop_oneof![Just(1e-3), Just(0.05), Just(0.7)], count in 1_usize..40)
     {
         let map = map(frame(size, 0.25), &pixels);
-        let tracer = FragmentTracer::new(&map).unwrap().with_start(STARTS[0], STARTS[1]);
+        let tracer = FragmentTracer::new(map.clone()).unwrap().with_start(STARTS[0], STARTS[1]);
         let tracer = tracer.with_least_light(0.0);
         let lights: Vec<_> = (0..count).map(|at| {
             let (angle, radius) = (at as f64 * 2.4, spread * (at as f64 / count as f64).sqrt());
@@ -108,8 +108,8 @@ fn leaves(size: u32) -> FragmentMap<Rgb> {
 fn far_tables_keep_colours_apart() {
     let light = AreaLight::rectangle(DVec3::ZERO, DVec3::X * 0.5, DVec3::Y * 0.5);
     let leaves = leaves(128);
-    let exact = FragmentTracer::new(&leaves).unwrap();
-    let mixed = FragmentTracer::new(&leaves).unwrap().for_light(&light);
+    let exact = FragmentTracer::new(leaves.clone()).unwrap();
+    let mixed = FragmentTracer::new(leaves.clone()).unwrap().for_light(&light);
     assert!(mixed.has_far_table());
     let (mut worst, mut apart) = (0.0_f64, 0.0_f64);
     for seed in 0..40_u64 {

@@ -154,7 +154,7 @@ proptest! {
             pixels.iter_mut().flatten().for_each(|fragment| fragment.opacity = 1.0);
         }
         let map = map(frame(size, 0.25), &pixels);
-        let tracer = FragmentTracer::new(&map).unwrap().with_start(STARTS[0], STARTS[1]);
+        let tracer = FragmentTracer::new(map.clone()).unwrap().with_start(STARTS[0], STARTS[1]);
         let tracer = tracer.with_least_light(if opaque { 1e-3 } else { 0.0 });
         // A spiral of points.
         let lights: Vec<_> = (0..count).map(|at| {
@@ -192,7 +192,7 @@ proptest! {
         let light = AreaLight::rectangle(DVec3::ZERO, DVec3::X * 0.4, DVec3::Y * 0.4);
         let means = [(); 2].map(|()| {
             let map = map(frame(size, 0.0), &pixels);
-            let tracer = FragmentTracer::new(&map).unwrap().with_rays(64);
+            let tracer = FragmentTracer::new(map.clone()).unwrap().with_rays(64);
             let at = at.index(pixels.len());
             pixels[at].push(more);
             tracer.visibility(receiver, &light, 3).unwrap()
@@ -239,8 +239,8 @@ fn wall(size: u32) -> FragmentMap<f32> {
 fn far_tables_serve_leaves_and_keep_walls() {
     let light = AreaLight::rectangle(DVec3::ZERO, DVec3::X * 0.5, DVec3::Y * 0.5);
     let leaves = leaves(128);
-    let exact = FragmentTracer::new(&leaves).unwrap();
-    let mixed = FragmentTracer::new(&leaves).unwrap().for_light(&light);
+    let exact = FragmentTracer::new(leaves.clone()).unwrap();
+    let mixed = FragmentTracer::new(leaves.clone()).unwrap().for_light(&light);
     assert!(mixed.has_far_table());
     let mut worst: f32 = 0.0;
     for seed in 0..40_u64 {
@@ -254,7 +254,7 @@ fn far_tables_serve_leaves_and_keep_walls() {
     // A wall without gaps stays one, but for its borders: not the e⁻¹ of as much
     // in leaves.
     let wall = wall(128);
-    let mixed = FragmentTracer::new(&wall).unwrap().with_far_table(1.0);
+    let mixed = FragmentTracer::new(wall.clone()).unwrap().with_far_table(1.0);
     for x in [-3.0, -1.5, 0.0, 1.0] {
         let Ok(value) = mixed.visibility(DVec3::new(x, 0.3, -3.5), &light, 1);
         assert!(value < 0.03, "{x} {value}");
@@ -265,8 +265,8 @@ fn far_tables_serve_leaves_and_keep_walls() {
 fn far_tables_answer_alike_on_every_processor() {
     let light = AreaLight::rectangle(DVec3::ZERO, DVec3::X * 0.5, DVec3::Y * 0.5);
     let leaves = leaves(64);
-    let mut tracer = FragmentTracer::new(&leaves).unwrap().with_far_table(1.0);
-    let values = |tracer: &FragmentTracer<'_, f32>| -> Vec<f32> {
+    let mut tracer = FragmentTracer::new(leaves.clone()).unwrap().with_far_table(1.0);
+    let values = |tracer: &FragmentTracer<f32>| -> Vec<f32> {
         let receiver = |at: i32| DVec3::new(f64::from(at) * 0.1, 0.3, -4.2);
         (-30..30).map(|at| tracer.visibility(receiver(at), &light, 5).unwrap()).collect()
     };
@@ -282,7 +282,7 @@ fn far_tables_answer_alike_on_every_processor() {
 #[test]
 fn odd_receivers_and_lights_are_lit_and_counted() {
     let map = wall(16);
-    let tracer = FragmentTracer::new(&map).unwrap();
+    let tracer = FragmentTracer::new(map.clone()).unwrap();
     let light = AreaLight::rectangle(DVec3::ZERO, DVec3::X * 0.5, DVec3::Y * 0.5);
     let lit = [
         DVec3::ZERO,
@@ -311,7 +311,7 @@ fn odd_receivers_and_lights_are_lit_and_counted() {
     // No fragments at all.
     let empty = FragmentColumns { offsets: vec![0; 65], ..FragmentColumns::default() };
     let empty = FragmentMap::<f32>::new(frame([8, 8], 0.0), empty).unwrap();
-    let tracer = FragmentTracer::new(&empty).unwrap().for_light(&light);
+    let tracer = FragmentTracer::new(empty.clone()).unwrap().for_light(&light);
     assert_eq!(tracer.visibility(behind, &light, 0), Ok(1.0));
     assert!(!tracer.has_far_table());
 }
@@ -320,7 +320,7 @@ fn odd_receivers_and_lights_are_lit_and_counted() {
 fn many_points_are_answered_as_one_by_one() {
     let map = leaves(64);
     let light = AreaLight::rectangle(DVec3::ZERO, DVec3::X * 0.5, DVec3::Y * 0.5);
-    let tracer = FragmentTracer::new(&map).unwrap().with_rays(48);
+    let tracer = FragmentTracer::new(map.clone()).unwrap().with_rays(48);
     let points: Vec<_> = (0..200_u64)
         .map(|seed| {
             let position = DVec3::new(seed as f64 * 0.02 - 2.0, 0.4, -3.5);

@@ -2,6 +2,7 @@
 
 use std::convert::Infallible;
 use std::marker::PhantomData;
+use std::sync::Arc;
 
 use dsm_core::{
     AreaLight, LightShape, LightVisibility, OcclusionTracer, Result, ShadedPoint, Transmittance,
@@ -61,7 +62,7 @@ const CHUNK: usize = 64;
 /// use dsm_core::{AreaLight, Error, LightVisibility, RayHits, RaySource, SamplePoint};
 /// use dsm_core::{ShadowCamera, SurfaceHit};
 /// use glam::{DVec3, Mat4, Vec4};
-/// use mtsm::{FragmentBuilder, FragmentTracer};
+/// use shadow_maps::fragments::{FragmentBuilder, FragmentTracer};
 ///
 /// # let to_ndc = Mat4::from_cols(
 /// #     Vec4::new(0.5, 0.0, 0.0, 0.0),
@@ -80,7 +81,7 @@ const CHUNK: usize = 64;
 /// });
 /// let map = FragmentBuilder::new(camera, [64, 64], 0.0)?.build(&source)?;
 /// let light = AreaLight::rectangle(DVec3::ZERO, DVec3::X * 0.5, DVec3::Y * 0.5);
-/// let tracer = FragmentTracer::new(&map)?;
+/// let tracer = FragmentTracer::new(map)?;
 /// // Straight behind the edge, half of the light is seen.
 /// let Ok(half) = tracer.visibility(DVec3::new(0.0, 0.0, -4.0), &light, 0);
 /// assert!((half - 0.5).abs() < 0.02);
@@ -88,8 +89,8 @@ const CHUNK: usize = 64;
 /// assert_eq!(lit, 1.0);
 /// # Ok::<(), Error>(())
 /// ```
-pub struct FragmentTracer<'a, T> {
-    map: &'a FragmentMap<T>,
+pub struct FragmentTracer<T> {
+    map: Arc<FragmentMap<T>>,
     fragments: PackedFragments,
     tree: RangeTree,
     range: [f32; 2],
@@ -111,21 +112,22 @@ pub struct TraceScratch {
     lights: Vec<DVec3>,
 }
 
-impl<'a, T: Transmittance> FragmentTracer<'a, T> {
+impl<T: Transmittance> FragmentTracer<T> {
     /// A tracer of `map`: 256 rays a light. O(pixels + fragments).
     ///
     /// # Errors
     ///
     /// [`dsm_core::Error::TooLarge`] past some 700 million fragments.
-    pub fn new(map: &'a FragmentMap<T>) -> Result<Self> {
+    pub fn new(map: impl Into<Arc<FragmentMap<T>>>) -> Result<Self> {
+        let map = map.into();
         let tree = RangeTree::new(map.size(), |x, y| {
             let ranges = map.pixel(x, y).map(|fragment| fragment.range());
             ranges.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
         });
         let range = tree.range().unwrap_or([f32::INFINITY, f32::NEG_INFINITY]);
         Ok(Self {
+            fragments: PackedFragments::new(&map)?,
             map,
-            fragments: PackedFragments::new(map)?,
             tree,
             range,
             rays: 256,
@@ -158,7 +160,7 @@ impl<'a, T: Transmittance> FragmentTracer<'a, T> {
     /// pixels that rays move: fast for hair and leaves, wrong for surfaces.
     #[must_use]
     pub fn with_far_table(self, cells: f32) -> Self {
-        let far = (self.range[0] < self.range[1]).then(|| FarTable::new(self.map, self.range));
+        let far = (self.range[0] < self.range[1]).then(|| FarTable::new(&self.map, self.range));
         Self { far, near_cells: cells.max(0.0), ..self }
     }
 
@@ -241,8 +243,8 @@ impl<'a, T: Transmittance> FragmentTracer<'a, T> {
 
     /// The map.
     #[must_use]
-    pub const fn map(&self) -> &'a FragmentMap<T> {
-        self.map
+    pub const fn map(&self) -> &Arc<FragmentMap<T>> {
+        &self.map
     }
 
     /// What was asked so far, but for what [`Self::for_light`] tried.
@@ -375,7 +377,7 @@ impl<'a, T: Transmittance> FragmentTracer<'a, T> {
     }
 }
 
-impl<T: Transmittance> OcclusionTracer for FragmentTracer<'_, T> {
+impl<T: Transmittance> OcclusionTracer for FragmentTracer<T> {
     type Value = T;
     type Error = Infallible;
 
@@ -390,7 +392,7 @@ impl<T: Transmittance> OcclusionTracer for FragmentTracer<'_, T> {
     }
 }
 
-impl<T: Transmittance> LightVisibility for FragmentTracer<'_, T> {
+impl<T: Transmittance> LightVisibility for FragmentTracer<T> {
     type Value = T;
     type Error = Infallible;
 

@@ -17,7 +17,7 @@ const BLOCK_SIDE: u32 = 64;
 /// How a [`DepthMap`] is sampled.
 ///
 /// ```
-/// use mtsm::{Blocking, DepthMapSettings};
+/// use shadow_maps::plain::{Blocking, DepthMapSettings};
 ///
 /// let mut settings = DepthMapSettings::new([256, 256], 16)?;
 /// settings.blocking = Blocking::Opaque;
@@ -88,7 +88,7 @@ impl DepthMapSettings {
 ///
 /// ```
 /// use dsm_core::{Error, RayHits, RaySource, SamplePoint, SurfaceHit};
-/// use mtsm::{DepthMap, DepthMapSettings};
+/// use shadow_maps::plain::{DepthMap, DepthMapSettings};
 ///
 /// // An opaque half plane.
 /// let source = RaySource(|point: SamplePoint, ray: &mut RayHits<f32>| -> Result<(), Error> {

@@ -1,6 +1,8 @@
 //! Percentage closer filtering of a plain shadow map (Reeves, Salesin & Cook
 //! 1987; Lokovic & Veach 2000, §2).
 
+use std::sync::Arc;
+
 use dsm_core::{AreaLight, Error, LightVisibility, Receiver, Result};
 use fearless_simd::{Level, dispatch};
 use glam::DVec3;
@@ -20,26 +22,26 @@ use super::tap_region::TapRegion;
 ///
 /// ```
 /// use dsm_core::Receiver;
-/// use mtsm::{DepthMap, PercentageCloserFilter};
+/// use shadow_maps::plain::{DepthMap, PercentageCloserFilter};
 ///
 /// // The left half is blocked at depth 1.
 /// let depths = (0..64).map(|texel| if texel % 8 < 4 { 1.0 } else { f32::INFINITY }).collect();
 /// let map = DepthMap::new([8, 8], [8, 8], depths, None)?;
-/// let filter = PercentageCloserFilter::new(&map, 64)?.with_width(4.0)?;
+/// let filter = PercentageCloserFilter::new(map, 64)?.with_width(4.0)?;
 /// let light = |x| filter.lookup(&Receiver::new([x, 4.0], 2.0), 7);
 /// assert_eq!([light(2.0), light(4.0), light(6.0)], [0.0, 0.5, 1.0]);
 /// # Ok::<(), dsm_core::Error>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct PercentageCloserFilter<'a> {
-    map: &'a DepthMap,
+pub struct PercentageCloserFilter {
+    map: Arc<DepthMap>,
     strata: Strata,
     width: f32,
     bias: f32,
     level: Level,
 }
 
-impl<'a> PercentageCloserFilter<'a> {
+impl PercentageCloserFilter {
     /// The most taps of a lookup.
     pub const MAX_TAPS: u32 = 4096;
 
@@ -50,12 +52,13 @@ impl<'a> PercentageCloserFilter<'a> {
     ///
     /// [`Error::Setting`] unless the taps are a square number up to
     /// [`Self::MAX_TAPS`].
-    pub fn new(map: &'a DepthMap, taps: u32) -> Result<Self> {
+    pub fn new(map: impl Into<Arc<DepthMap>>, taps: u32) -> Result<Self> {
         let side = taps.isqrt();
         if taps == 0 || taps > Self::MAX_TAPS || side * side != taps {
             let reason = "there must be a square number of them, 1 to 4096";
             return Err(Error::Setting { setting: "taps", reason });
         }
+        let map = map.into();
         Ok(Self { map, strata: Strata::new(side), width: 1.0, bias: 0.0, level: Level::new() })
     }
 
@@ -83,8 +86,8 @@ impl<'a> PercentageCloserFilter<'a> {
 
     /// The map.
     #[must_use]
-    pub const fn map(&self) -> &'a DepthMap {
-        self.map
+    pub const fn map(&self) -> &Arc<DepthMap> {
+        &self.map
     }
 
     /// Taps of a lookup.
@@ -107,7 +110,7 @@ impl<'a> PercentageCloserFilter<'a> {
     /// or NaN, asks a single texel.
     #[must_use]
     pub fn lookup_over(&self, receiver: &Receiver, widths: [f32; 2], seed: u64) -> f32 {
-        let Some((region, plane)) = TapRegion::around(self.map, receiver, widths) else {
+        let Some((region, plane)) = TapRegion::around(&self.map, receiver, widths) else {
             return 1.0;
         };
         let seed = mix(seed as u32 ^ mix((seed >> 32) as u32));
@@ -121,7 +124,7 @@ impl<'a> PercentageCloserFilter<'a> {
     /// are tested against, and timed against.
     #[must_use]
     pub fn lookup_scalar(&self, receiver: &Receiver, seed: u64) -> f32 {
-        let Some((region, plane)) = TapRegion::around(self.map, receiver, [self.width; 2]) else {
+        let Some((region, plane)) = TapRegion::around(&self.map, receiver, [self.width; 2]) else {
             return 1.0;
         };
         let seed = mix(seed as u32 ^ mix((seed >> 32) as u32));
@@ -130,7 +133,7 @@ impl<'a> PercentageCloserFilter<'a> {
     }
 }
 
-impl LightVisibility for PercentageCloserFilter<'_> {
+impl LightVisibility for PercentageCloserFilter {
     type Value = f32;
     type Error = Error;
 
@@ -243,7 +246,7 @@ mod tests {
             side in 1_u32..10,
             seed in any::<u64>(),
         ) {
-            let filter = PercentageCloserFilter::new(&map, side * side).unwrap();
+            let filter = PercentageCloserFilter::new(map, side * side).unwrap();
             let filter = filter.with_width(width).unwrap();
             let light = filter.lookup(&receiver, seed);
             prop_assert_eq!(light, filter.lookup_scalar(&receiver, seed));
@@ -261,7 +264,7 @@ mod tests {
             let receiver = Receiver { depth_gradient: [0.0; 2], ..receiver };
             let inside = receiver.position[0] < 6.0 && receiver.position[1] < 5.0;
             prop_assume!(inside && receiver.depth > receiver.bias);
-            let filter = PercentageCloserFilter::new(&map, side * side).unwrap();
+            let filter = PercentageCloserFilter::new(map.clone(), side * side).unwrap();
             let light = filter.with_width(width).unwrap().lookup(&receiver, seed);
             let lit = (light * (side * side) as f32).round() as u32;
             let [least, most] = bounds(&map, &receiver, width.into(), side);
@@ -274,7 +277,7 @@ mod tests {
         // A diagonal edge, which no stratum follows.
         let depths = (0..256).map(|at| if at % 16 > at / 16 { 1.0 } else { f32::INFINITY });
         let map = DepthMap::new([8, 8], [16, 16], depths.collect(), None).unwrap();
-        let filter = PercentageCloserFilter::new(&map, 16).unwrap().with_width(3.0).unwrap();
+        let filter = PercentageCloserFilter::new(map, 16).unwrap().with_width(3.0).unwrap();
         let receiver = Receiver::new([3.75, 4.25], 2.0);
         let count = 4000;
         let lights: Vec<f64> = (0..count).map(|s| filter.lookup(&receiver, s).into()).collect();
@@ -293,7 +296,7 @@ mod tests {
         // Texel i is 1.5 + i / 4 deep; the plane rises as fast, half a texel on.
         let depths = (0..64).map(|texel| 0.25 * (texel % 8) as f32 + 1.5);
         let map = DepthMap::new([8, 8], [8, 8], depths.collect(), None).unwrap();
-        let filter = PercentageCloserFilter::new(&map, 256).unwrap().with_width(4.0).unwrap();
+        let filter = PercentageCloserFilter::new(map, 256).unwrap().with_width(4.0).unwrap();
         let flat = Receiver::new([4.0, 4.0], 2.5);
         assert_eq!(filter.lookup(&flat, 3), 0.25);
         let along = |depth| {
@@ -307,7 +310,7 @@ mod tests {
     #[test]
     fn nowhere_is_lit() {
         let map = DepthMap::new([2, 2], [2, 2], vec![1.0; 4], None).unwrap();
-        let filter = PercentageCloserFilter::new(&map, 4).unwrap();
+        let filter = PercentageCloserFilter::new(map.clone(), 4).unwrap();
         let shaded = Receiver::new([1.0, 1.0], 2.0);
         assert_eq!(filter.lookup(&shaded, 0), 0.0);
         let nan = f32::NAN;
@@ -325,9 +328,9 @@ mod tests {
         for widths in [[0.0; 2], [nan; 2], [-1.0, f32::INFINITY], [1e-30, f32::MAX]] {
             assert_eq!(filter.lookup_over(&shaded, widths, 0), 0.0);
         }
-        assert!(PercentageCloserFilter::new(&map, 0).is_err());
-        assert!(PercentageCloserFilter::new(&map, 8).is_err());
-        assert!(PercentageCloserFilter::new(&map, 65 * 65).is_err());
+        assert!(PercentageCloserFilter::new(map.clone(), 0).is_err());
+        assert!(PercentageCloserFilter::new(map.clone(), 8).is_err());
+        assert!(PercentageCloserFilter::new(map, 65 * 65).is_err());
         for width in [0.0, -1.0, nan, f32::INFINITY] {
             assert!(filter.clone().with_width(width).is_err());
         }
@@ -349,7 +352,7 @@ mod tests {
         let depth = |at: i32| if at % 4 < 2 || at >= 8 { f32::INFINITY } else { 4.0 };
         let depths: Vec<f32> = (0..16).map(depth).collect();
         let map = DepthMap::new([4, 4], [4, 4], depths.clone(), Some(camera)).unwrap();
-        let filter = PercentageCloserFilter::new(&map, 4).unwrap().with_bias(0.25);
+        let filter = PercentageCloserFilter::new(map, 4).unwrap().with_bias(0.25);
         let light = AreaLight::point(DVec3::Z * 5.0);
         let factor = |x, y, z| filter.visibility(DVec3::new(x, y, z), &light, 1);
         assert_eq!(factor(-2.0, 1.5, 0.0), Ok(1.0));
@@ -360,7 +363,7 @@ mod tests {
         assert_eq!(factor(2.0, 1.5, 6.0), Ok(1.0));
         assert_eq!(factor(f64::NAN, 0.0, 0.0), Ok(1.0));
         let nowhere = DepthMap::new([4, 4], [4, 4], depths, None).unwrap();
-        let filter = PercentageCloserFilter::new(&nowhere, 4).unwrap();
+        let filter = PercentageCloserFilter::new(nowhere.clone(), 4).unwrap();
         assert!(filter.visibility(DVec3::ZERO, &light, 1).is_err());
     }
 }

@@ -11,16 +11,16 @@ use super::pcf::PercentageCloserFilter;
 /// A plain shadow map that is asked where a deep one would be: its filter with
 /// the biases of a [`ShadowLookup`], which may follow each point's slope.
 #[derive(Debug)]
-pub struct PercentageCloserShadow<'a> {
-    filter: PercentageCloserFilter<'a>,
+pub struct PercentageCloserShadow {
+    filter: PercentageCloserFilter,
     lookup: ShadowLookup,
     biases: Mutex<BiasSummary>,
 }
 
-impl<'a> PercentageCloserShadow<'a> {
+impl PercentageCloserShadow {
     /// Asks `filter` where `lookup` says; its own bias does not count.
     #[must_use]
-    pub fn new(filter: PercentageCloserFilter<'a>, lookup: ShadowLookup) -> Self {
+    pub fn new(filter: PercentageCloserFilter, lookup: ShadowLookup) -> Self {
         Self { filter, lookup, biases: Mutex::default() }
     }
 
@@ -31,7 +31,7 @@ impl<'a> PercentageCloserShadow<'a> {
     }
 }
 
-impl LightVisibility for PercentageCloserShadow<'_> {
+impl LightVisibility for PercentageCloserShadow {
     type Value = f32;
     type Error = Infallible;
 
