@@ -147,12 +147,12 @@ fn with_channels<T: Transmittance, V: AreaVisitor>(
         }
         LayeredKind::Fragments => {
             let AreaMethod::Trace { rays, start, layers } = method else {
-                bail!("{path}: fragments are traced; --coverage 1 makes layers to filter");
+                bail!("{path}: fragments are traced; maps of kind layers or mtsm can be filtered");
             };
             if layers.is_given() {
                 bail!(
                     "{path}: fragments have planes; --rule and --z-threshold are for maps of kind \
-                     mtsm, and layers of --coverage 1"
+                     mtsm or layers"
                 );
             }
             let map = reader.fragment_map::<T>()?;

@@ -3,6 +3,7 @@
 
 pub mod forge;
 pub mod fuzz;
+pub mod golden;
 
 /// The README's example compiles.
 #[cfg(doctest)]

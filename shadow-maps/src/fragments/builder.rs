@@ -7,9 +7,10 @@ use dsm_trace::LightFrame;
 use rayon::prelude::*;
 
 use super::block_hits::BlockHits;
+use super::columns::FragmentColumns;
 use super::fragment::Fragment;
 use super::groups::{Grouping, SampleGrid};
-use super::map::{FragmentColumns, FragmentMap};
+use super::map::FragmentMap;
 
 /// Pixels along the side of what is asked for at once.
 const TILE: u32 = 16;
@@ -189,13 +190,7 @@ impl FragmentBuilder {
         let [width, height] = self.frame.size();
         let columns = width.div_ceil(TILE);
         let grid = SampleGrid::new(self.coverage, self.frame.footprint(1.0));
-        let mut map = FragmentColumns {
-            offsets: vec![0],
-            w: Vec::new(),
-            gradients: [Vec::new(), Vec::new()],
-            opacities: Vec::new(),
-            coverage: Vec::new(),
-        };
+        let mut map = FragmentColumns::new();
         let mut counts = FragmentCounts::default();
         // A row of tiles at a time, so that no more is held twice.
         for top in (0..height).step_by(TILE as usize) {
@@ -261,21 +256,10 @@ impl FragmentBuilder {
 /// Appends row `y` of a block.
 fn append<T: Transmittance>(map: &mut FragmentColumns<T>, block: &Block<T>, y: u32) -> Result<()> {
     let row = (y * block.width) as usize;
-    let first = row.checked_sub(1).map_or(0, |before| block.ends[before]);
-    let ends = &block.ends[row..row + block.width as usize];
-    let last = ends.last().copied().unwrap_or(first);
-    let before = map.w.len() as u64;
-    let (count, limit) = (before + u64::from(last - first), u64::from(u32::MAX));
-    if count > limit {
-        return Err(Error::TooLarge { what: "fragments", count, limit });
+    let mut first = row.checked_sub(1).map_or(0, |before| block.ends[before]);
+    for &end in &block.ends[row..row + block.width as usize] {
+        map.push_pixel(block.fragments[first as usize..end as usize].iter().copied())?;
+        first = end;
     }
-    let fragments = &block.fragments[first as usize..last as usize];
-    map.offsets.extend(ends.iter().map(|end| before as u32 + (end - first)));
-    map.w.extend(fragments.iter().map(|fragment| fragment.w));
-    for (axis, gradients) in map.gradients.iter_mut().enumerate() {
-        gradients.extend(fragments.iter().map(|fragment| fragment.gradient[axis]));
-    }
-    map.opacities.extend(fragments.iter().map(|fragment| fragment.opacity));
-    map.coverage.extend(fragments.iter().map(|fragment| fragment.coverage));
     Ok(())
 }

@@ -142,9 +142,9 @@ fn naive<T: Transmittance>(
         let (w, gradient) = match first.gradient {
             Some(along) => (
                 first.w + along[0] * (0.5 - x) + along[1] * (0.5 - y),
-                along.map(|along| along as f32 + 0.0),
+                Some(along.map(|along| along as f32 + 0.0)),
             ),
-            None => (first.w, Fragment::<T>::FACING),
+            None => (first.w, None),
         };
         Fragment { w: w as f32, gradient, opacity: first.met.opacity, coverage: *coverage }
     };
@@ -152,9 +152,9 @@ fn naive<T: Transmittance>(
 }
 
 /// All of a fragment, in an order.
-fn bits<T: Transmittance>(fragment: &Fragment<T>) -> (u32, u64, Vec<u32>, [u32; 2]) {
+fn bits<T: Transmittance>(fragment: &Fragment<T>) -> (u32, u64, Vec<u32>, Option<[u32; 2]>) {
     let opacity = (0..T::CHANNELS).map(|channel| fragment.opacity.channel(channel).to_bits());
-    let gradient = fragment.gradient.map(f32::to_bits);
+    let gradient = fragment.gradient.map(|gradient| gradient.map(f32::to_bits));
     (fragment.w.to_bits(), fragment.coverage, opacity.collect(), gradient)
 }
 

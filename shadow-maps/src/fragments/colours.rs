@@ -94,7 +94,12 @@ fn leaves(size: u32) -> FragmentMap<Rgb> {
         };
         let coverage = u64::MAX >> (next() * 48.0) as u32;
         let w = 0.25 + 0.25 * next() as f32;
-        pixels[y * size as usize + x].push(Fragment { w, gradient: [0.0; 2], opacity, coverage });
+        pixels[y * size as usize + x].push(Fragment {
+            w,
+            gradient: Some([0.0; 2]),
+            opacity,
+            coverage,
+        });
     }
     map(frame([size; 2], 0.0), &pixels)
 }

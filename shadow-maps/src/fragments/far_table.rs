@@ -309,7 +309,8 @@ impl Walls {
 mod tests {
     use std::ops::ControlFlow;
 
-    use super::super::map::FragmentColumns;
+    use super::super::columns::FragmentColumns;
+    use super::super::fragment::Fragment;
     use super::super::oracle::frame;
     use super::super::packet::Starts;
     use super::*;
@@ -345,15 +346,15 @@ mod tests {
     fn marching_equals_the_sum_over_all_cells() {
         // Thin enough not to wrap, so that the naive sum needs no care.
         let size = [150, 70];
-        let mut columns = FragmentColumns { offsets: vec![0], ..FragmentColumns::default() };
+        let mut columns = FragmentColumns::new();
         for pixel in 0..size[0] * size[1] {
-            if pixel % 7 < 4 {
-                columns.w.push(0.25 + (pixel % 101) as f32 / 200.0);
-                columns.gradients.iter_mut().for_each(|gradient| gradient.push(0.0));
-                columns.opacities.push(0.25 + (pixel % 3) as f32 / 4.0);
-                columns.coverage.push(u64::MAX >> (pixel % 60));
-            }
-            columns.offsets.push(columns.w.len() as u32);
+            let fragment = Fragment {
+                w: 0.25 + (pixel % 101) as f32 / 200.0,
+                gradient: Some([0.0; 2]),
+                opacity: 0.25 + (pixel % 3) as f32 / 4.0,
+                coverage: u64::MAX >> (pixel % 60),
+            };
+            columns.push_pixel((pixel % 7 < 4).then_some(fragment)).unwrap();
         }
         let frame = frame(size, 0.0);
         let map = FragmentMap::new(frame, columns).unwrap();

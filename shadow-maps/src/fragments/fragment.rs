@@ -13,9 +13,9 @@ use dsm_core::Transmittance;
 pub struct Fragment<T> {
     /// w of the plane at the pixel's centre, which need not be covered.
     pub w: f32,
-    /// How w grows per pixel to the right and downwards. [`Self::FACING`] where
-    /// the plane is unknown.
-    pub gradient: [f32; 2],
+    /// How w grows per pixel to the right and downwards. None where the plane is
+    /// unknown, as of strands, which have no normal: they face the camera.
+    pub gradient: Option<[f32; 2]>,
     /// The share of light that it takes, in (0, 1].
     pub opacity: T,
     /// Bit 8 · row + column for each of 8 × 8 equal squares of the pixel, from
@@ -24,17 +24,22 @@ pub struct Fragment<T> {
 }
 
 impl<T: Transmittance> Fragment<T> {
-    /// The gradient of what has no normal, such as strands: it is taken to face
-    /// the camera. Its zeros are negative, those of planes are not.
-    pub const FACING: [f32; 2] = [-0.0; 2];
-
     /// The coverage of a whole pixel.
     pub const WHOLE: u64 = u64::MAX;
 
+    /// The gradient of its plane, or of the one that it is taken to lie in.
+    #[must_use]
+    pub const fn slope(&self) -> [f32; 2] {
+        match self.gradient {
+            Some(gradient) => gradient,
+            None => [0.0; 2],
+        }
+    }
+
     /// Whether it is taken to face the camera for want of a normal.
     #[must_use]
-    pub fn is_facing(&self) -> bool {
-        is_facing(self.gradient)
+    pub const fn is_facing(&self) -> bool {
+        self.gradient.is_none()
     }
 
     /// Whether a point at `within` the pixel, in [0, 1)² from its upper left
@@ -61,18 +66,13 @@ impl<T: Transmittance> Fragment<T> {
             let [a, b] = [from * slope, to * slope];
             [a.min(b), a.max(b)]
         };
-        let [x_low, x_high] = span(columns, self.gradient[0]);
-        let [y_low, y_high] = span(rows, self.gradient[1]);
-        let [along_x, along_y] = self.gradient.map(f32::abs);
+        let slope = self.slope();
+        let [x_low, x_high] = span(columns, slope[0]);
+        let [y_low, y_high] = span(rows, slope[1]);
+        let [along_x, along_y] = slope.map(f32::abs);
         let room = 2e-6 * self.w.abs() + 1e-3 * (along_x + along_y);
         [self.w + x_low + y_low - room, self.w + x_high + y_high + room]
     }
-}
-
-/// [`Fragment::is_facing`].
-#[inline(always)]
-pub(crate) fn is_facing(gradient: [f32; 2]) -> bool {
-    gradient.map(f32::to_bits) == [(-0.0_f32).to_bits(); 2]
 }
 
 #[cfg(test)]
@@ -83,7 +83,8 @@ mod tests {
     fn ranges_hold_what_is_covered_and_little_more() {
         for coverage in [1, 1 << 63, 1 << 7, 0x0000_3c00_0000_0000, u64::MAX] {
             for gradient in [[0.0, 0.0], [0.01, -0.02], [-0.5, 0.25]] {
-                let fragment = Fragment { w: 0.25, gradient, opacity: 0.5_f32, coverage };
+                let plane = Some(gradient);
+                let fragment = Fragment { w: 0.25, gradient: plane, opacity: 0.5_f32, coverage };
                 let [low, high] = fragment.range();
                 let mut seen = [f32::INFINITY, f32::NEG_INFINITY];
                 for at in (0..64).filter(|at| coverage >> at & 1 == 1) {
@@ -103,9 +104,10 @@ mod tests {
 
     #[test]
     fn only_what_has_no_normal_faces_the_camera() {
-        let flat = Fragment { w: 1.0, gradient: [0.0; 2], opacity: 1.0_f32, coverage: 1 };
-        assert!(!flat.is_facing());
-        assert!(Fragment { gradient: Fragment::<f32>::FACING, ..flat }.is_facing());
+        let flat = Fragment { w: 1.0, gradient: Some([0.0; 2]), opacity: 1.0_f32, coverage: 1 };
+        let strand = Fragment { gradient: None, ..flat };
+        assert!(!flat.is_facing() && strand.is_facing());
+        assert_eq!((flat.slope(), flat.range()), (strand.slope(), strand.range()));
         assert!(flat.covers([0.0, 0.124]) && !flat.covers([0.125, 0.0]));
         assert!(!flat.covers([-0.01, 0.0]) && !flat.covers([0.0, 1.0]));
     }

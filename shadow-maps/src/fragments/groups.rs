@@ -150,13 +150,14 @@ fn find<'a, T: Transmittance>(
 fn fragment<T: Transmittance>(group: &Group<T>, grid: &SampleGrid) -> Fragment<T> {
     let PixelHit { w, sample, gradient, opacity } = group.first;
     let coverage = group.coverage;
-    let gradient32 = gradient.map(|gradient| gradient.map(|along| along as f32 + 0.0));
-    match (gradient, gradient32) {
-        (Some(along), Some(gradient)) if gradient.iter().all(|along| along.is_finite()) => {
+    let finite = |along: &[f64; 2]| along.iter().all(|along| (*along as f32).is_finite());
+    match gradient.filter(finite) {
+        Some(along) => {
             let [x, y] = grid.places[usize::from(sample)];
             let w = w + along[0] * (0.5 - x) + along[1] * (0.5 - y);
+            let gradient = Some(along.map(|along| along as f32 + 0.0));
             Fragment { w: w as f32, gradient, opacity, coverage }
         }
-        _ => Fragment { w: w as f32, gradient: Fragment::<T>::FACING, opacity, coverage },
+        None => Fragment { w: w as f32, gradient: None, opacity, coverage },
     }
 }

@@ -6,7 +6,6 @@ use std::marker::PhantomData;
 use dsm_core::Transmittance;
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x16};
 
-use super::fragment::is_facing;
 use super::frontier::Frontier;
 use super::lanes::Lanes;
 use super::packed::PackedFragments;
@@ -169,13 +168,11 @@ fn meet_block_alone<S: Simd, T: Transmittance>(
                 continue;
             }
             let (u, x, y) = (u.to_array(), x.to_array(), y.to_array());
-            let (along_x, along_y) = (along_x.to_array(), along_y.to_array());
             let mut any = false;
             for at in bits(hits) {
                 let bit = ((y[at] as u32) << 3) | x[at] as u32;
                 let covered = chunk.coverage::<T>(at) >> (bit & 63) & 1 == 1;
-                let facing = is_facing([along_x[at], along_y[at]]);
-                if covered && u[at] >= start[usize::from(facing)] {
+                if covered && u[at] >= start[usize::from(chunk.is_facing(at))] {
                     any = true;
                     lanes.take_alone::<T>(lane, |channel| chunk.opacity(at, channel));
                 }
@@ -224,7 +221,7 @@ fn meet_block<S: Simd, T: Transmittance>(
                 let gradient = [gradient[0][at], gradient[1][at]];
                 let beyond = [beyond[0][at], beyond[1][at]];
                 let coverage = || chunk.coverage::<T>(at);
-                let facing = is_facing(gradient);
+                let facing = chunk.is_facing(at);
                 let met = lanes.meet(simd, beyond, distance[at], gradient, facing, coverage);
                 if met.to_bitmask() != 0 {
                     lanes.take::<S, T>(simd, met, |channel| chunk.opacity(at, channel));

@@ -2,89 +2,11 @@
 
 use std::ops::Range;
 
-use dsm_core::{Error, Result, Transmittance};
+use dsm_core::{Result, Transmittance};
 use dsm_trace::{LightFrame, MinMaxPyramid};
 
+use super::columns::FragmentColumns;
 use super::fragment::Fragment;
-
-/// The columns of a [`FragmentMap`], as they are stored.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct FragmentColumns<T> {
-    /// Where each pixel's fragments begin, row by row, and where the last one's
-    /// end: one more than there are pixels.
-    pub offsets: Vec<u32>,
-    /// [`Fragment::w`].
-    pub w: Vec<f32>,
-    /// [`Fragment::gradient`], to the right and downwards.
-    pub gradients: [Vec<f32>; 2],
-    /// [`Fragment::opacity`].
-    pub opacities: Vec<T>,
-    /// [`Fragment::coverage`].
-    pub coverage: Vec<u64>,
-}
-
-impl<T: Transmittance> FragmentColumns<T> {
-    /// Checks the columns of `size` pixels against the rules of
-    /// [`FragmentMap::new`]. O(fragments).
-    ///
-    /// # Errors
-    ///
-    /// [`dsm_core::Error::Pixel`] or another that names the rule which is broken.
-    pub fn check(&self, size: [u32; 2]) -> Result<()> {
-        let refuse = |pixel, reason| Err(Error::Pixel { pixel, reason });
-        let FragmentColumns { offsets, w, gradients, opacities, coverage } = self;
-        let [width, height] = size;
-        let pixels = u64::from(width) * u64::from(height);
-        if offsets.len() as u64 != pixels + 1 || offsets[0] != 0 {
-            return refuse(0, "there must be one list a pixel");
-        }
-        let lengths = [gradients[0].len(), gradients[1].len(), opacities.len(), coverage.len()];
-        if lengths.iter().any(|&length| length != w.len()) {
-            return refuse(0, "the columns' lengths differ");
-        }
-        let in_range = |opacity: T| {
-            let mut channels = (0..T::CHANNELS).map(|channel| opacity.channel(channel));
-            channels.all(|value| (0.0..=1.0).contains(&value)) && opacity != T::splat(0.0)
-        };
-        for (pixel, ends) in offsets.windows(2).enumerate() {
-            let (start, end) = (ends[0] as usize, ends[1] as usize);
-            if start > end || end > w.len() {
-                return refuse(pixel, "its list ends before it begins, or beyond the columns");
-            }
-            for at in start..end {
-                let numbers = [w[at], gradients[0][at], gradients[1][at]];
-                if !numbers.iter().all(|number| number.is_finite()) {
-                    return refuse(pixel, "a fragment's plane is not finite");
-                }
-                if !in_range(opacities[at]) || coverage[at] == 0 {
-                    return refuse(pixel, "a fragment takes nothing away, or too much");
-                }
-                if at > start && w[at - 1] > w[at] {
-                    return refuse(pixel, "its fragments are not sorted");
-                }
-            }
-        }
-        if offsets[offsets.len() - 1] as usize != w.len() {
-            return refuse(offsets.len().saturating_sub(2), "fragments of no pixel");
-        }
-        Ok(())
-    }
-
-    /// The fragment at `index`.
-    ///
-    /// # Panics
-    ///
-    /// If there is none.
-    #[must_use]
-    pub fn fragment(&self, index: usize) -> Fragment<T> {
-        Fragment {
-            w: self.w[index],
-            gradient: [self.gradients[0][index], self.gradients[1][index]],
-            opacity: self.opacities[index],
-            coverage: self.coverage[index],
-        }
-    }
-}
 
 /// A multilayer map whose layers are [`Fragment`]s, sorted by w in each pixel:
 /// the farthest first.
@@ -93,8 +15,8 @@ impl<T: Transmittance> FragmentColumns<T> {
 ///
 /// ```
 /// use dsm_core::ShadowCamera;
-/// use glam::{Mat4, Vec4};
 /// use dsm_trace::LightFrame;
+/// use glam::{Mat4, Vec4};
 /// use shadow_maps::fragments::{Fragment, FragmentColumns, FragmentMap};
 ///
 /// # let to_ndc = Mat4::from_cols(
@@ -107,13 +29,11 @@ impl<T: Transmittance> FragmentColumns<T> {
 /// #     ShadowCamera { world_to_camera: Some(Mat4::IDENTITY), world_to_ndc: Some(to_ndc) };
 /// let frame = LightFrame::new(&camera, [2, 1], 0.0)?;
 /// // A square at depth 4 that fills the second pixel.
-/// let columns = FragmentColumns {
-///     offsets: vec![0, 0, 1],
-///     w: vec![0.25],
-///     gradients: [vec![0.0], vec![0.0]],
-///     opacities: vec![1.0_f32],
-///     coverage: vec![Fragment::<f32>::WHOLE],
-/// };
+/// let coverage = Fragment::<f32>::WHOLE;
+/// let square = Fragment { w: 0.25, gradient: Some([0.0; 2]), opacity: 1.0_f32, coverage };
+/// let mut columns = FragmentColumns::new();
+/// columns.push_pixel([])?;
+/// columns.push_pixel([square])?;
 /// let map = FragmentMap::new(frame, columns)?;
 /// assert_eq!(map.pixel(1, 0).next().map(|fragment| fragment.w), Some(0.25));
 /// assert!(map.pyramid()?.node(0, 0, 0).is_none());
@@ -130,9 +50,9 @@ impl<T: Transmittance> FragmentMap<T> {
     ///
     /// # Errors
     ///
-    /// [`Error::Pixel`] if the columns do not fit together or a fragment is
-    /// none: a number is not finite, an opacity is outside (0, 1], nothing is
-    /// covered, or w descends.
+    /// [`Error::Pixel`](dsm_core::Error::Pixel) if the columns do not fit
+    /// together or a fragment is none: a number is not finite, an opacity is
+    /// outside (0, 1], nothing is covered, or w descends.
     pub fn new(frame: LightFrame, columns: FragmentColumns<T>) -> Result<Self> {
         columns.check(frame.size())?;
         Ok(Self { frame, columns })
@@ -225,6 +145,7 @@ mod tests {
             offsets: vec![0, 2, 2, 3, 3],
             w: vec![0.25, 0.5, 0.125],
             gradients: [vec![0.0; 3], vec![0.0; 3]],
+            facing: vec![0b10],
             opacities: vec![0.5; 3],
             coverage: vec![1; 3],
         }
@@ -236,7 +157,9 @@ mod tests {
         assert_eq!(map.pixel(0, 0).len(), 2);
         assert_eq!(map.pixel(0, 1).next().unwrap().w, 0.125);
         assert_eq!(map.pixel(2, 0).len(), 0);
-        let wrong: [fn(&mut FragmentColumns<f32>); 10] = [
+        let facing: Vec<_> = map.pixel(0, 0).map(|fragment| fragment.is_facing()).collect();
+        assert_eq!(facing, [false, true]);
+        let wrong: [fn(&mut FragmentColumns<f32>); 13] = [
             |columns| columns.offsets[1] = 3,
             |columns| columns.offsets[4] = 2,
             |columns| columns.offsets[3] = 9,
@@ -247,6 +170,9 @@ mod tests {
             |columns| columns.gradients[1][2] = f32::INFINITY,
             |columns| columns.opacities[1] = 0.0,
             |columns| columns.coverage[2] = 0,
+            |columns| columns.gradients[0][1] = 0.25,
+            |columns| columns.facing[0] = 0b1010,
+            |columns| columns.facing.clear(),
         ];
         for (index, break_it) in wrong.into_iter().enumerate() {
             let mut columns = columns();

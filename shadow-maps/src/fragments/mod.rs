@@ -7,6 +7,7 @@ mod builder;
 mod builder_oracle;
 #[cfg(test)]
 mod colours;
+mod columns;
 mod far_table;
 mod fragment;
 mod frontier;
@@ -25,6 +26,7 @@ mod umbra;
 mod visit_order;
 
 pub use builder::{FragmentBuilder, FragmentCounts};
+pub use columns::FragmentColumns;
 pub use fragment::Fragment;
-pub use map::{FragmentColumns, FragmentMap};
+pub use map::FragmentMap;
 pub use tracer::{FragmentTracer, TraceScratch};

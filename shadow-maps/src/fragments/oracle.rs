@@ -8,8 +8,9 @@ use glam::{DVec3, Mat4, Vec4};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
-use super::fragment::{Fragment, is_facing};
-use super::map::{FragmentColumns, FragmentMap};
+use super::columns::FragmentColumns;
+use super::fragment::Fragment;
+use super::map::FragmentMap;
 use super::tracer::{FragmentTracer, TraceScratch};
 
 /// A camera at the origin that looks down −z, 90 degrees wide and high.
@@ -29,24 +30,11 @@ pub(crate) fn map<T: Transmittance>(
     frame: LightFrame,
     pixels: &[Vec<Fragment<T>>],
 ) -> FragmentMap<T> {
-    let mut columns = FragmentColumns {
-        offsets: vec![0],
-        w: Vec::new(),
-        gradients: [Vec::new(), Vec::new()],
-        opacities: Vec::new(),
-        coverage: Vec::new(),
-    };
+    let mut columns = FragmentColumns::new();
     for pixel in pixels {
         let mut pixel = pixel.clone();
         pixel.sort_by(|a, b| a.w.total_cmp(&b.w));
-        for fragment in pixel {
-            columns.w.push(fragment.w);
-            columns.gradients[0].push(fragment.gradient[0]);
-            columns.gradients[1].push(fragment.gradient[1]);
-            columns.opacities.push(fragment.opacity);
-            columns.coverage.push(fragment.coverage);
-        }
-        columns.offsets.push(columns.w.len() as u32);
+        columns.push_pixel(pixel).unwrap();
     }
     FragmentMap::new(frame, columns).unwrap()
 }
@@ -71,14 +59,14 @@ pub(crate) fn naive<T: Transmittance>(
     for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
         let corner = [f64::from(x), f64::from(y)];
         for fragment in map.pixel(x, y) {
-            let [gain_x, gain_y] = fragment.gradient.map(f64::from);
+            let [gain_x, gain_y] = fragment.slope().map(f64::from);
             let closing = 1.0 - gain_x * along_x - gain_y * along_y;
             let w = f64::from(fragment.w)
                 + gain_x * (place_x - corner[0] - 0.5)
                 + gain_y * (place_y - corner[1] - 0.5);
             let w = w / closing;
             let within = [place_x + along_x * w - corner[0], place_y + along_y * w - corner[1]];
-            let start = if is_facing(fragment.gradient) { later } else { ray.range()[0] };
+            let start = if fragment.is_facing() { later } else { ray.range()[0] };
             let end = ray.range()[1];
             let near = within.iter().all(|at| (-0.01..1.01).contains(at));
             if near {
@@ -111,8 +99,8 @@ pub(crate) fn config(seed: u64) -> ProptestConfig {
 pub(crate) fn fragment() -> impl Strategy<Value = Fragment<f32>> {
     let slope = prop_oneof![Just(0.0_f32), -0.01_f32..0.01, -0.2_f32..0.2];
     let gradient = prop_oneof![
-        1 => Just(Fragment::<f32>::FACING),
-        3 => (slope.clone(), slope).prop_map(|(x, y)| [x + 0.0, y + 0.0]),
+        1 => Just(None),
+        3 => (slope.clone(), slope).prop_map(|(x, y)| Some([x, y])),
     ];
     let coverage = prop_oneof![
         Just(Fragment::<f32>::WHOLE),
@@ -225,7 +213,7 @@ fn leaves(size: u32) -> FragmentMap<f32> {
         let (x, y) = ((next() * f64::from(size)) as usize, (next() * f64::from(size)) as usize);
         let fragment = Fragment {
             w: 0.25 + 0.25 * next() as f32,
-            gradient: [0.0; 2],
+            gradient: Some([0.0; 2]),
             opacity: 0.5,
             coverage: u64::MAX >> (next() * 48.0) as u32,
         };
@@ -241,7 +229,7 @@ fn wall(size: u32) -> FragmentMap<f32> {
         .map(|pixel| {
             // A slope that connects all pixels.
             let w = 0.3 + 0.002 * (pixel % size) as f32;
-            vec![Fragment { w, gradient: [0.002, 0.0], opacity: 1.0, coverage }]
+            vec![Fragment { w, gradient: Some([0.002, 0.0]), opacity: 1.0, coverage }]
         })
         .collect();
     map(frame([size; 2], 0.0), &pixels)

@@ -6,15 +6,17 @@ use std::ops::Range;
 use dsm_core::{Error, Result, Transmittance};
 use fearless_simd::{Bytes, Simd, SimdBase, SimdInt, SimdMask, f32x16, u32x16};
 
+use super::columns::FragmentColumns;
 use super::large_pages::LargePages;
-use super::map::{FragmentColumns, FragmentMap};
+use super::map::FragmentMap;
 use super::range_tree::LANES;
 
 /// The fragments of a map, block by block of 4 × 4 pixels, the farthest of each
 /// block first. A block of many is cut into chunks of 16, whose columns lie
-/// together: w, gradients to the right and downwards, pixels, opacities a
-/// channel, lower and upper halves of masks. Before them, where there is more
-/// than one, stand the least w that each chunk reaches, and the greatest.
+/// together: w, gradients to the right and downwards, pixels with a bit for what
+/// faces the camera, opacities a channel, lower and upper halves of masks. Before
+/// them, where there is more than one, stand the least w that each chunk reaches,
+/// and the greatest.
 #[derive(Debug)]
 pub(crate) struct PackedFragments {
     /// Blocks in a row.
@@ -49,6 +51,9 @@ pub(crate) struct Planes<S: Simd> {
     /// Bits of those that there are.
     pub(crate) lanes: u32,
 }
+
+/// The bit of those that face the camera beside their pixels, 0 to 15.
+const FACING: u32 = 1 << 4;
 
 /// Words of a fragment.
 const fn each<T: Transmittance>() -> usize {
@@ -124,7 +129,10 @@ impl PackedFragments {
                 for numbers in [&columns.w, &columns.gradients[0], &columns.gradients[1]] {
                     fragments().for_each(|fragment| push(numbers[fragment].to_bits()));
                 }
-                some.iter().for_each(|&(_, lane)| push(lane));
+                some.iter().for_each(|&(fragment, lane)| {
+                    let facing = columns.is_facing(fragment as usize);
+                    push(if facing { lane | FACING } else { lane });
+                });
                 for channel in 0..T::CHANNELS {
                     let opacities = fragments().map(|at| columns.opacities[at].channel(channel));
                     opacities.for_each(|opacity| push(opacity.to_bits()));
@@ -196,9 +204,15 @@ impl Chunk<'_> {
         Planes {
             w: load(simd, self.words, 0),
             gradient: [load(simd, self.words, column(1)), load(simd, self.words, column(2))],
-            at: [(at & 3).to_float(), (at >> 2).to_float()],
+            at: [(at & 3).to_float(), ((at >> 2) & 3).to_float()],
             lanes: lanes(self.count),
         }
+    }
+
+    /// Whether a fragment is taken to face the camera.
+    #[inline(always)]
+    pub(crate) fn is_facing(&self, fragment: usize) -> bool {
+        self.words[3 * self.count + fragment] & FACING != 0
     }
 
     /// The opacity of a fragment in a channel.
@@ -236,7 +250,8 @@ mod tests {
         let columns = FragmentColumns {
             offsets: vec![0, 3],
             w: vec![0.25, 0.5, 0.75],
-            gradients: [vec![0.0, 0.2, -0.1], vec![-0.0, -0.4, 0.1]],
+            gradients: [vec![0.0, 0.2, -0.1], vec![0.0, -0.4, 0.1]],
+            facing: vec![1],
             opacities: vec![1.0_f32; 3],
             coverage: vec![1; 3],
         };

@@ -3,7 +3,6 @@
 use dsm_core::Transmittance;
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x16};
 
-use super::fragment::is_facing;
 use super::kernel::{Stage, beyond};
 use super::packet::Reach;
 use super::range_tree::{Block, Cone, bits};
@@ -67,9 +66,9 @@ pub(crate) fn is_blocked<S: Simd, T: Transmittance>(
             let places =
                 left.min(upper).simd_gt(splat(ROOM)) & right.max(lower).simd_lt(splat(1.0 - ROOM));
             let candidates = (times & places).to_bitmask() as u32 & some.lanes;
-            let (first, along) = (first.to_array(), [along_x.to_array(), along_y.to_array()]);
+            let first = first.to_array();
             let dark = |at: usize| {
-                let start = reach.starts[usize::from(is_facing([along[0][at], along[1][at]]))];
+                let start = reach.starts[usize::from(chunk.is_facing(at))];
                 let mut channels = (0..T::CHANNELS).map(|channel| chunk.opacity(at, channel));
                 first[at] >= start
                     && chunk.coverage::<T>(at) == u64::MAX
@@ -137,7 +136,7 @@ mod tests {
     #[test]
     fn only_a_whole_opaque_fragment_before_all_rays_blocks_them() {
         let coverage = Fragment::<f32>::WHOLE;
-        let wall = Fragment { w: 0.25, gradient: [0.01, -0.01], opacity: 1.0, coverage };
+        let wall = Fragment { w: 0.25, gradient: Some([0.01, -0.01]), opacity: 1.0, coverage };
         let middle = [0.5, 0.5];
         let early = [1e-4; 2];
         assert!(blocked(wall, middle, early, 1.0));
@@ -154,7 +153,7 @@ mod tests {
         assert!(!blocked_from(&lights, wall, middle, early, 1.0));
         // What faces the camera counts later than planes.
         let late = [1e-4, 0.5];
-        let facing = Fragment { gradient: Fragment::<f32>::FACING, ..wall };
+        let facing = Fragment { gradient: None, ..wall };
         assert!(blocked(wall, middle, late, 1.0) && !blocked(facing, middle, late, 1.0));
         assert!(blocked(facing, middle, early, 1.0));
     }
