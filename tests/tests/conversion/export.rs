@@ -17,7 +17,7 @@ use dsm_io::{
 use super::{IMAGES, converted, image, open, options};
 
 /// The image that the documentation uses, seen from beside the others.
-const WITH_CAMERA: &str = "../../../../docs/sample/tuft.exr";
+const WITH_CAMERA: &str = "../../../docs/sample/tuft.exr";
 
 fn header(path: &Path) -> Header {
     DeepExrReader::open(path, None, &deep_exr::Limits::default()).unwrap().header().clone()
