@@ -1,7 +1,7 @@
 //! Emits a descending polyline without the vertices it can do without.
 
 use super::vertex::{SumVertex, Vertex};
-use crate::Transmittance;
+use crate::transmittance::Transmittance;
 
 /// Draws a non-increasing function from 1 on, front to back, and emits a
 /// vertex only where its value changes.

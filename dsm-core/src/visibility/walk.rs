@@ -1,7 +1,7 @@
 //! Functions evaluated at ascending depths, one after the other.
 
-use crate::Vertex;
-use crate::polyline::Polyline;
+use super::polyline::Polyline;
+use super::vertex::Vertex;
 
 /// Combines two values channel by channel.
 #[inline(always)]

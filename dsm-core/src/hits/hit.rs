@@ -1,6 +1,7 @@
 //! What one ray of a shadow camera meets (Lokovic & Veach 2000, §3.2).
 
-use crate::{Error, Result, Transmittance};
+use crate::error::{Error, Result};
+use crate::transmittance::Transmittance;
 
 /// A surface in the ray's way.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -298,7 +299,8 @@ fn check_opacity<T: Transmittance>(depth: f32, opacity: T) -> Result<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Rgb;
+    use crate::curve::transmittance_function::TransmittanceFunction;
+    use crate::transmittance::Rgb;
 
     #[test]
     fn hits_no_ray_can_have_are_refused() {
@@ -334,7 +336,7 @@ mod tests {
             hits.push_volume(&medium, 1.0).unwrap();
             hits
         };
-        let light = |hits: &RayHits<f32>, z| crate::TransmittanceFunction::new(hits, 1e-6).at(z)[0];
+        let light = |hits: &RayHits<f32>, z| TransmittanceFunction::new(hits, 1e-6).at(z)[0];
         for start in [0.0, 0.5, 1.0, 1.5, 3.0, 4.5, 9.0] {
             let mut behind = whole();
             behind.keep_behind(start);

@@ -5,13 +5,15 @@ use std::sync::{Mutex, PoisonError};
 use glam::{DVec2, DVec3};
 
 use super::footprint::Footprint;
-use super::projection::MapProjection;
 use super::pyramid::{LevelChoice, Pyramid};
 use super::receiver::Receiver;
-use crate::{
-    AreaLight, Facing, LightVisibility, MapInfo, Result, ShadedPoint, Transmittance,
-    VisibilityField,
-};
+use super::visibility_field::VisibilityField;
+use crate::camera::map_info::MapInfo;
+use crate::camera::projection::MapProjection;
+use crate::error::Result;
+use crate::light::AreaLight;
+use crate::shadow::{Facing, LightVisibility, ShadedPoint};
+use crate::transmittance::Transmittance;
 
 /// The steepest surface that an automatic bias follows, in pixel sides of depth
 /// a pixel: 86 degrees.
@@ -313,10 +315,15 @@ impl<F: VisibilityField + Sync> LightVisibility for FilteredShadow<F> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{
-        BakeSettings, Baker, DeepMap, Error, Filter, FilterShape, RayHits, RaySource, SamplePoint,
-        ShadowCamera, SurfaceHit,
-    };
+    use crate::bake::baker::Baker;
+    use crate::bake::settings::BakeSettings;
+    use crate::camera::shadow_camera::ShadowCamera;
+    use crate::error::Error;
+    use crate::field::map::DeepMap;
+    use crate::filter::{Filter, FilterShape};
+    use crate::hits::hit::{RayHits, SurfaceHit};
+    use crate::hits::hit_source::RaySource;
+    use crate::hits::tile_samples::SamplePoint;
     use glam::{Mat4, Vec4};
 
     const SIZE: u32 = 32;

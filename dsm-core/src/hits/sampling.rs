@@ -1,7 +1,7 @@
 //! Where and when a pixel is sampled (Lokovic & Veach 2000, §3.2 and §5.5).
 
+use crate::error::{Error, Result};
 use crate::random::{WEYL, mix};
-use crate::{Error, Result};
 
 /// Bits of a random number that place a sample in its stratum.
 const JITTER_BITS: u32 = 20;

@@ -2,8 +2,10 @@
 
 use glam::Vec3;
 
-use crate::hit::{medium, slab};
-use crate::{Error, RayHits, Result, SurfaceHit, Transmittance, VolumeSample, VolumeSegment};
+use super::hit::{RayHits, SurfaceHit, VolumeSample, VolumeSegment};
+use super::hit::{medium, slab};
+use crate::error::{Error, Result};
+use crate::transmittance::Transmittance;
 
 /// Everything that the samples of a block of pixels meet, in any order: what a
 /// [`crate::HitSource`] fills. Every hit is checked on entry.
@@ -348,7 +350,7 @@ fn key(z: f32, sample: u32) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Rgb;
+    use crate::transmittance::Rgb;
 
     #[test]
     fn every_door_checks() {

@@ -2,7 +2,10 @@
 
 use glam::{DMat2, DMat4, DVec2, DVec3};
 
-use crate::{Error, MapInfo, PixelWindow, Result, ShadowCamera};
+use super::map_info::MapInfo;
+use super::pixel_window::PixelWindow;
+use super::shadow_camera::ShadowCamera;
+use crate::error::{Error, Result};
 
 /// Takes points of the world to a map's raster: pixel (i, j) covers
 /// [i, i+1) × [j, j+1), and z is the depth.
@@ -82,7 +85,7 @@ impl MapProjection {
 
     /// How much of the world, across the view axis, a pixel covers at a point:
     /// the side of a square of the same area, in scene units.
-    pub(super) fn pixel_size(&self, world: DVec3) -> f64 {
+    pub(crate) fn pixel_size(&self, world: DVec3) -> f64 {
         self.image_plane(world).abs().sqrt().recip()
     }
 
@@ -98,7 +101,7 @@ impl MapProjection {
     /// How the depth of a plane with this unit normal changes per pixel in x
     /// and y at a point, and whether the camera is on the side that the normal
     /// points to; `None` where the plane is seen edge on.
-    pub(super) fn plane_gradient(&self, world: DVec3, normal: DVec3) -> Option<(DVec2, bool)> {
+    pub(crate) fn plane_gradient(&self, world: DVec3, normal: DVec3) -> Option<(DVec2, bool)> {
         let u = normal.any_orthogonal_vector().try_normalize()?;
         let [u, v] = self.changes(world, [u, normal.cross(u)]);
         let across = DMat2::from_cols(u.truncate(), v.truncate());
@@ -109,7 +112,7 @@ impl MapProjection {
 
     /// How the depth along a line changes per pixel, as a gradient that points
     /// the way the line is seen; `None` for a line that is seen as a point.
-    pub(super) fn line_gradient(&self, world: DVec3, along: DVec3) -> Option<DVec2> {
+    pub(crate) fn line_gradient(&self, world: DVec3, along: DVec3) -> Option<DVec2> {
         let [change, _] = self.changes(world, [along; 2]);
         let across = change.truncate();
         let gradient = across * (change.z / across.length_squared());

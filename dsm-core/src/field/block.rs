@@ -4,9 +4,11 @@ use std::ops::Range;
 
 use fearless_simd::Simd;
 
-use super::field::{BlockVisitor, VisibilityField};
+use super::pixel_lists::PixelListsView;
+use super::receiver::Receiver;
+use super::visibility_field::{BlockVisitor, VisibilityField};
 use super::weights::{PixelWeights, STRIP};
-use crate::{PixelListsView, Receiver, Transmittance};
+use crate::transmittance::Transmittance;
 
 /// The weighted average over the pixels that have a weight; `None` if there
 /// is none.

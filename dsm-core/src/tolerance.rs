@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, Result};
+use crate::error::{Error, Result};
 
 /// The L∞ error bound of a visibility function: |V′(z) − V(z)| ≤ ε at both
 /// sides of every step, for every channel. In [0, 1).

@@ -2,8 +2,10 @@
 
 use std::ops::Range;
 
-use crate::camera::RayDirections;
-use crate::{Error, PixelSampling, Result, ShadowCamera};
+use super::sampling::PixelSampling;
+use crate::camera::shadow_camera::RayDirections;
+use crate::camera::shadow_camera::ShadowCamera;
+use crate::error::{Error, Result};
 
 /// A point of the image plane at a time: one ray of the shadow camera.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,6 @@
 //! A control point of a piecewise linear function of depth.
 
-use crate::Transmittance;
+use crate::transmittance::Transmittance;
 
 /// A control point (z, value) of a piecewise linear function of depth. Two
 /// successive vertices at one z are a step.

@@ -1,6 +1,8 @@
 //! What a visibility function is while it is walked along: its vertices.
 
-use crate::{Transmittance, TransmittanceFunction, Vertex, VisibilityFunction, VisibilityView};
+use super::function::{VisibilityFunction, VisibilityView};
+use super::vertex::Vertex;
+use crate::transmittance::Transmittance;
 
 /// A piecewise linear function of depth, 1 before its first vertex and
 /// constant behind its last: a stored [`VisibilityView`], the vertices of one
@@ -46,22 +48,6 @@ impl<P: Polyline + ?Sized> Polyline for &P {
 
     fn has_ramps(&self) -> bool {
         (**self).has_ramps()
-    }
-}
-
-impl<T: Transmittance> Polyline for TransmittanceFunction<T> {
-    type Sum = T::Sum;
-
-    fn vertex_count(&self) -> usize {
-        self.vertices().len()
-    }
-
-    fn sum_vertex(&self, index: usize) -> Vertex<T::Sum> {
-        self.vertices()[index]
-    }
-
-    fn has_ramps(&self) -> bool {
-        self.is_curved()
     }
 }
 

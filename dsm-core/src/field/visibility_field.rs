@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use crate::{PixelListsView, Transmittance};
+use super::pixel_lists::PixelListsView;
+use crate::transmittance::Transmittance;
 
 /// Something that has a visibility function in every pixel: a map in memory,
 /// the tiles of a file, a layered map's first run.

@@ -1,7 +1,7 @@
 //! How far apart two visibility functions are.
 
-use crate::polyline::Polyline;
-use crate::walk::{Walk, zip};
+use super::polyline::Polyline;
+use super::walk::{Walk, zip};
 
 /// The difference of two functions of one pixel, in the L∞ norm that bounds
 /// are stated in (Lokovic & Veach 2000, §3.3) and on average.
@@ -195,7 +195,9 @@ impl DifferenceSummary {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Rgb, Transmittance, Vertex, VisibilityFunction};
+    use crate::transmittance::{Rgb, Transmittance};
+    use crate::visibility::function::VisibilityFunction;
+    use crate::visibility::vertex::Vertex;
 
     fn step(z: f32, to: Rgb) -> VisibilityFunction<Rgb> {
         let vertices = [Vertex::new(z, Rgb::new(1.0, 1.0, 1.0)), Vertex::new(z, to)];

@@ -1,6 +1,6 @@
 //! Which pixels a lookup averages, and how it weights them.
 
-use crate::{Filter, FilterShape};
+use crate::filter::{Filter, FilterShape};
 
 /// The pixels that a lookup averages, and how it weights them.
 #[derive(Clone, Copy, Debug, PartialEq)]

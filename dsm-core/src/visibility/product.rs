@@ -3,10 +3,12 @@
 
 use std::marker::PhantomData;
 
-use crate::curve::vertex_writer::VertexWriter;
-use crate::polyline::Polyline;
-use crate::walk::Walk;
-use crate::{SumVertex, Tolerance, Transmittance};
+use super::polyline::Polyline;
+use super::vertex::SumVertex;
+use super::vertex_writer::VertexWriter;
+use super::walk::Walk;
+use crate::tolerance::Tolerance;
+use crate::transmittance::Transmittance;
 
 /// Multiplies visibility functions of one pixel.
 ///
@@ -219,7 +221,8 @@ impl<T: Transmittance, P: Polyline<Sum = T::Sum>> Factors<'_, T, P> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Vertex, VisibilityFunction};
+    use crate::visibility::function::VisibilityFunction;
+    use crate::visibility::vertex::Vertex;
 
     fn function(vertices: &[(f32, f32)]) -> VisibilityFunction<f32> {
         VisibilityFunction::new(vertices.iter().map(|&(z, value)| Vertex::new(z, value))).unwrap()

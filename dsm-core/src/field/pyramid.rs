@@ -3,11 +3,13 @@
 
 use fearless_simd::{Level as SimdLevel, Simd, dispatch};
 
-use super::field::VisibilityField;
 use super::filtered::average;
 use super::footprint::Footprint;
+use super::receiver::Receiver;
+use super::visibility_field::VisibilityField;
 use super::weights::Extent;
-use crate::{Error, Receiver, Transmittance};
+use crate::error::{Error, Result};
+use crate::transmittance::Transmittance;
 
 /// Which level of a [`Pyramid`] a lookup reads.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,7 +89,7 @@ impl<F: VisibilityField> Pyramid<F> {
     ///
     /// [`Error::Level`] if there is none, or one has not half the width and
     /// height, rounded up, of the level before.
-    pub fn new(levels: Vec<F>) -> crate::Result<Self> {
+    pub fn new(levels: Vec<F>) -> Result<Self> {
         let sizes: Vec<[u32; 2]> = levels.iter().map(F::size).collect();
         if sizes.is_empty() {
             return Err(Error::Level { level: 0, reason: "there is none" });

@@ -10,7 +10,9 @@
 
 use std::marker::PhantomData;
 
-use crate::{Error, Result, Transmittance, Vertex};
+use super::vertex::Vertex;
+use crate::error::{Error, Result};
+use crate::transmittance::Transmittance;
 
 /// A borrowed visibility function.
 ///
@@ -290,7 +292,7 @@ pub(crate) fn append_columns<T: Transmittance>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Rgb;
+    use crate::transmittance::Rgb;
 
     fn step_then_ramp() -> VisibilityFunction<f32> {
         let vertices = [(1.0, 1.0), (1.0, 0.8), (2.0, 0.8), (4.0, 0.4), (4.0, 0.1)];

@@ -4,10 +4,11 @@
 use fearless_simd::{Level, Simd, dispatch};
 
 use super::block::weighted_average;
-use super::field::VisibilityField;
 use super::footprint::{Ellipse, Footprint};
+use super::receiver::Receiver;
+use super::visibility_field::VisibilityField;
 use super::weights::{Extent, Radial, Separable};
-use crate::{Receiver, Transmittance};
+use crate::transmittance::Transmittance;
 
 /// The light that reaches `receiver`, averaged over `footprint`.
 ///
@@ -88,8 +89,13 @@ pub(super) fn average<S: Simd, F: VisibilityField>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::camera::map_info::MapInfo;
+    use crate::field::map::DeepMap;
+    use crate::field::pixel_lists::PixelListsBuilder;
+    use crate::filter::{Filter, FilterShape};
     use crate::random::next_bits;
-    use crate::{DeepMap, Filter, FilterShape, MapInfo, PixelListsBuilder, Rgb, Vertex};
+    use crate::transmittance::Rgb;
+    use crate::visibility::vertex::Vertex;
 
     const SIZE: [u32; 2] = [23, 9];
 

@@ -1,8 +1,8 @@
 //! How far apart functions are whose depths may have been moved.
 
-use crate::VisibilityDifference;
-use crate::polyline::Polyline;
-use crate::walk::zip;
+use super::difference::VisibilityDifference;
+use super::polyline::Polyline;
+use super::walk::zip;
 
 impl VisibilityDifference {
     /// How far `stored` is from `exact` where its depths may have been moved
@@ -129,7 +129,9 @@ impl<'a, P: Polyline + ?Sized> Moved<'a, P> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Rgb, Vertex, VisibilityFunction};
+    use crate::transmittance::Rgb;
+    use crate::visibility::function::VisibilityFunction;
+    use crate::visibility::vertex::Vertex;
 
     fn function(vertices: &[(f32, f32)]) -> VisibilityFunction<f32> {
         let vertices = vertices.iter().map(|&(z, value)| Vertex::new(z, value));

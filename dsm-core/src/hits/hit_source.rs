@@ -1,7 +1,11 @@
 //! The door through which a renderer brings its hits
 //! (Lokovic & Veach 2000, §3.2: "the facilities of any standard renderer").
 
-use crate::{Error, RayHits, SamplePoint, TileHits, TileSamples, Transmittance};
+use super::hit::RayHits;
+use super::tile_hits::TileHits;
+use super::tile_samples::{SamplePoint, TileSamples};
+use crate::error::Error;
+use crate::transmittance::Transmittance;
 
 /// What a shadow camera looks at: answers what rays meet, a whole block of
 /// pixels at once, so that a rasteriser can serve as well as a ray tracer.

@@ -3,7 +3,7 @@
 use glam::{DMat4, DVec3, DVec4, Mat4};
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, Result};
+use crate::error::{Error, Result};
 
 /// What a depth measures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -13,25 +13,6 @@ pub enum DepthKind {
     /// Distance from the camera's plane, along the view axis.
     #[default]
     Planar,
-}
-
-/// A rectangle of pixels, both corners inclusive, x right and y down.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct PixelWindow {
-    /// The upper left pixel.
-    pub min: [i32; 2],
-    /// The lower right pixel.
-    pub max: [i32; 2],
-}
-
-impl PixelWindow {
-    /// Width and height in pixels; 0 where `max` lies before `min`.
-    #[must_use]
-    pub fn size(self) -> [u64; 2] {
-        [0, 1].map(|axis| {
-            u64::try_from(i64::from(self.max[axis]) - i64::from(self.min[axis]) + 1).unwrap_or(0)
-        })
-    }
 }
 
 /// A shadow camera, by the two matrices that deep OpenEXR files carry.
@@ -169,11 +150,5 @@ mod tests {
         assert!(half.project(DVec3::ZERO).is_err());
         let flat = ShadowCamera { world_to_ndc: Some(Mat4::ZERO), ..whole };
         assert!(flat.distance_per_depth(0.5, 0.5).is_err());
-    }
-
-    #[test]
-    fn windows_count_both_corners() {
-        assert_eq!(PixelWindow { min: [-3, 2], max: [4, 2] }.size(), [8, 1]);
-        assert_eq!(PixelWindow { min: [0, 0], max: [-1, 0] }.size(), [0, 1]);
     }
 }

@@ -3,7 +3,7 @@
 use fearless_simd::{Simd, SimdBase, f64x8};
 
 use super::footprint::Ellipse;
-use crate::{Filter, FilterShape};
+use crate::filter::{Filter, FilterShape};
 
 /// Neighbours in a row whose weights are computed at once.
 pub(super) const STRIP: usize = 8;

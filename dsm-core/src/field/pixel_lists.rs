@@ -9,9 +9,12 @@ use std::marker::PhantomData;
 
 use fearless_simd::Simd;
 
-use crate::search::Window;
-use crate::visibility::{append_columns, interpolate, share};
-use crate::{Error, Result, Transmittance, Vertex, VisibilityView};
+use crate::error::{Error, Result};
+use crate::transmittance::Transmittance;
+use crate::visibility::function::VisibilityView;
+use crate::visibility::function::{append_columns, interpolate, share};
+use crate::visibility::search::Window;
+use crate::visibility::vertex::Vertex;
 
 /// Borrowed per-pixel functions: a map in memory or a tile in a file.
 #[derive(Debug)]
@@ -373,7 +376,7 @@ impl<T: Transmittance> PixelListsBuilder<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Rgb;
+    use crate::transmittance::Rgb;
 
     #[test]
     fn pixels_come_back_as_they_went_in() {
