@@ -9,8 +9,8 @@ use dsm_core::{BakeProgress, Baker, Error, HitSource, Result, SampledPixel, Tran
 use crate::row_order::RowOrder;
 use crate::run_builder::RunBuilder;
 use crate::{
-    DepthLayers, Layer, LayeredInfo, LayeredPixels, LayeredPixelsBuilder, MultilayerDepthMap,
-    MultilayerMap, MultilayerSettings,
+    DepthLayers, Layer, LayeredInfo, LayeredPixels, LayeredPixelsBuilder, LightFrame,
+    MultilayerDepthMap, MultilayerMap, MultilayerSettings,
 };
 
 /// Bakes multilayer transparent shadow maps: the construction of deep shadow
@@ -60,10 +60,15 @@ impl<T: Transmittance, S: HitSource<T>> MultilayerBaker<T, S> {
     ///
     /// # Errors
     ///
-    /// [`Error::Setting`] for settings out of range, and [`Error::Camera`] for
-    /// a camera without a matrix.
+    /// [`Error::Setting`] for settings out of range, and [`Error::Camera`] for a camera
+    /// that shadow rays could not be traced with ([`LightFrame::new`]). A map without
+    /// any can only be filtered.
     pub fn new(source: S, settings: MultilayerSettings) -> Result<Self> {
         settings.check()?;
+        let MultilayerSettings { bake, light_depth, .. } = &settings;
+        if let Some(camera) = &bake.camera {
+            LightFrame::new(camera, bake.size, f64::from(*light_depth))?;
+        }
         let baker = Baker::new(source, settings.bake.clone())?;
         Ok(Self { baker, settings, spare: Mutex::default() })
     }

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use dsm_core::{DepthKind, MapInfo, ShadowCamera, Tolerance, Transmittance};
-use glam::Mat4;
+use glam::DMat4;
 
 use super::ImportReport;
 use super::rows::SourceRows;
@@ -153,7 +153,7 @@ impl MapSource {
 /// columns, so the transposition moves no number.
 fn camera(header: &DeepExrHeader, report: &mut ImportReport) -> Option<ShadowCamera> {
     let mut matrix = |numbers: Option<[f32; 16]>| {
-        let matrix = Mat4::from_cols_array(&numbers?);
+        let matrix = DMat4::from_cols_array(&numbers?.map(f64::from));
         report.dropped_matrices += u64::from(!matrix.is_finite());
         matrix.is_finite().then_some(matrix)
     };

@@ -224,15 +224,19 @@ impl ExportHeader {
     }
 
     /// Column-vector matrices become row-vector ones: glam's columns are
-    /// OpenEXR's rows.
+    /// OpenEXR's rows. Their numbers become `f32`.
     fn set_camera(&mut self, camera: ShadowCamera) {
         let matrices =
             [("worldToCamera", camera.world_to_camera), ("worldToNDC", camera.world_to_ndc)];
         for (name, matrix) in matrices {
-            if let Some(matrix) = matrix {
+            let Some(matrix) = matrix else { continue };
+            let matrix = matrix.as_mat4();
+            if matrix.is_finite() {
                 let numbers = matrix.to_cols_array();
                 let bytes: Vec<u8> = numbers.iter().flat_map(|n| n.to_le_bytes()).collect();
                 self.set(name, "m44f", bytes);
+            } else {
+                self.left_out.push(name.to_owned());
             }
         }
     }
