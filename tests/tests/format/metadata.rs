@@ -8,10 +8,6 @@ use proptest::prelude::*;
 
 use crate::pixels::config;
 
-fn finite() -> impl Strategy<Value = f32> {
-    any::<u32>().prop_map(f32::from_bits).prop_filter("finite", |value| value.is_finite())
-}
-
 fn matrix() -> impl Strategy<Value = Option<DMat4>> {
     let numbers = any::<u64>().prop_map(f64::from_bits);
     let numbers = numbers.prop_filter("finite", |value| value.is_finite());
