@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use crate::Tolerance;
+use crate::tolerance::Tolerance;
 
 /// The levels of a map: level 0 is the map, each other half as wide and high
 /// as the one before, rounded up, down to 1 × 1.

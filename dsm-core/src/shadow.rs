@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use crate::{AreaLight, Transmittance};
+use crate::light::AreaLight;
+use crate::transmittance::Transmittance;
 
 /// Traces single rays: a scene, or a map that stands for one.
 pub trait OcclusionTracer: Sync {

@@ -55,13 +55,6 @@ impl Attribute {
         (self.type_name == "string").then(|| std::str::from_utf8(&self.bytes).ok())?
     }
 
-    /// Whether the value is as long as its type's values are, as far as its
-    /// type is known.
-    pub(crate) fn has_its_types_size(&self) -> bool {
-        numbers(&self.type_name)
-            .is_none_or(|(number, count)| self.bytes.len() == count * number.size())
-    }
-
     /// The value in a form that people can read, if that loses nothing.
     fn readable(&self) -> Option<Value> {
         if self.type_name == "string" {

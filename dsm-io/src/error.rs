@@ -135,7 +135,7 @@ pub enum Error {
     },
     /// An OpenEXR file that cannot be read.
     #[error(transparent)]
-    DeepExr(#[from] crate::DeepExrError),
+    DeepExr(#[from] deep_exr::Error),
     /// What a bake looks at could not answer.
     #[error(transparent)]
     HitSource(Box<dyn std::error::Error + Send + Sync>),

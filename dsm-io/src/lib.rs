@@ -1,4 +1,4 @@
-//! The `.dsm` file format, and deep OpenEXR.
+//! The `.dsm` file format, and what deep OpenEXR images have to do with it.
 //!
 //! A `.dsm` file holds a deep shadow map in tiles, in as many levels as it
 //! has; `docs/format/dsm-1.md` is the format's definition. [`MapWriter`]
@@ -18,7 +18,6 @@ mod codec;
 mod columns;
 mod convert;
 mod crop;
-mod deep_exr;
 mod error;
 mod format;
 mod limits;
@@ -32,6 +31,10 @@ mod row_order;
 mod source;
 mod tile;
 mod writer;
+
+/// Deep OpenEXR images, whose types the options of an export and the readers
+/// of [`MapSource`] are.
+pub use deep_exr;
 
 pub use achieved_error::AchievedError;
 pub use any::{AnyCachedMap, AnyDeepMap};
@@ -47,11 +50,6 @@ pub use convert::{
     WorstPixel, check_bound, compare, compare_levels, convert, export_deep_exr,
 };
 pub use crop::Crop;
-pub use deep_exr::{
-    Alpha, AlphaChannels, DeepExrError, DeepExrHeader, DeepExrReader, DeepRows, DeepSample,
-    ExportCompression, ExportLayout, ExportSampleType, ExrAttribute, ExrChannel, ExrChannelType,
-    ExrLayout,
-};
 pub use error::{Error, Place, Result};
 pub use format::atomic_file::replace_file;
 pub use format::container::Container;

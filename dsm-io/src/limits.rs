@@ -12,27 +12,17 @@
 ///
 /// let mut limits = Limits::default();
 /// limits.max_pixels = 4096 * 4096;
-/// assert!(limits.max_samples_per_pixel >= 10_000);
+/// limits.images.max_samples_per_pixel = 10_000;
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Limits {
-    /// Pixels of one map or image. Default 2²⁸ (16,384 × 16,384).
+    /// Pixels of one map. Default 2²⁸ (16,384 × 16,384).
     pub max_pixels: u64,
-    /// Samples of one pixel. Default 65,536.
-    pub max_samples_per_pixel: u32,
-    /// Bytes of one chunk (a scan line or a tile), unpacked. Default 256 MiB.
+    /// Bytes of one tile, unpacked. Default 256 MiB.
     pub max_chunk_bytes: u64,
-    /// Bytes that one answer, a band of rows, may take. Default 2 GiB.
-    pub max_answer_bytes: u64,
-    /// Bytes of all headers together. Default 16 MiB.
+    /// Bytes of the metadata. Default 16 MiB.
     pub max_header_bytes: u64,
-    /// Attributes of one header. Default 4,096.
-    pub max_attributes: u32,
-    /// Channels of one part. Default 1,024.
-    pub max_channels: u32,
-    /// Parts of one file. Default 1,024.
-    pub max_parts: u32,
     /// Levels of one map, over all views. Default 4,096.
     pub max_levels: u32,
     /// Tiles of one map, over all levels. Default 2²².
@@ -42,23 +32,21 @@ pub struct Limits {
     /// Bytes of a file or of a map's level that is read into memory. Default
     /// 16 GiB.
     pub max_in_memory_bytes: u64,
+    /// What an OpenEXR image may ask for that is converted.
+    pub images: deep_exr::Limits,
 }
 
 impl Default for Limits {
     fn default() -> Self {
         Self {
             max_pixels: 1 << 28,
-            max_samples_per_pixel: 1 << 16,
             max_chunk_bytes: 1 << 28,
-            max_answer_bytes: 1 << 31,
             max_header_bytes: 1 << 24,
-            max_attributes: 4096,
-            max_channels: 1024,
-            max_parts: 1024,
             max_levels: 1 << 12,
             max_tiles: 1 << 22,
             max_sections: 1 << 16,
             max_in_memory_bytes: 1 << 34,
+            images: deep_exr::Limits::default(),
         }
     }
 }

@@ -1,13 +1,9 @@
 //! The space in which shadow rays of an area light are straight.
 
 use dsm_core::{AreaLight, Error, LightExtent, LightShape, Result, ShadowCamera};
-use glam::{DAffine3, DMat2, DMat3, DMat4, DVec2, DVec3};
+use glam::{DAffine3, DMat2, DMat3, DVec2, DVec3, DVec4};
 
 use super::shadow_ray::ShadowRay;
-
-/// How far two numbers of a camera may differ by rounding alone: its matrices
-/// are `f32`.
-const NOISE: f64 = 1e-5;
 
 /// The frame of a perspective shadow camera that looks past an area light:
 /// raster x and y in pixels, and w = 1/depth.
@@ -21,18 +17,18 @@ const NOISE: f64 = 1e-5;
 ///
 /// ```
 /// use dsm_core::ShadowCamera;
-/// use glam::{DVec3, Mat4, Vec4};
+/// use glam::{DVec3, DMat4, DVec4};
 /// use dsm_trace::LightFrame;
 ///
 /// // At the origin, looking down −z, 90 degrees wide.
-/// let to_ndc = Mat4::from_cols(
-///     Vec4::new(0.5, 0.0, 0.0, 0.0),
-///     Vec4::new(0.0, -0.5, 0.0, 0.0),
-///     Vec4::new(-0.5, -0.5, -1.0, -1.0),
-///     Vec4::ZERO,
+/// let to_ndc = DMat4::from_cols(
+///     DVec4::new(0.5, 0.0, 0.0, 0.0),
+///     DVec4::new(0.0, -0.5, 0.0, 0.0),
+///     DVec4::new(-0.5, -0.5, -1.0, -1.0),
+///     DVec4::ZERO,
 /// );
 /// let camera =
-///     ShadowCamera { world_to_camera: Some(Mat4::IDENTITY), world_to_ndc: Some(to_ndc) };
+///     ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(to_ndc) };
 /// let frame = LightFrame::new(&camera, [100, 100], 0.5)?;
 /// let place = frame.project(DVec3::new(1.0, 0.0, -2.0)).unwrap();
 /// assert_eq!(place, DVec3::new(75.0, 50.0, 0.5));
@@ -58,30 +54,35 @@ impl LightFrame {
     /// # Errors
     ///
     /// [`Error::Camera`] if a matrix is unknown, or the two don't make a
-    /// perspective projection from the camera's place along its axis;
+    /// perspective projection from the camera's place along its axis, as far as
+    /// their rounding lets tell ([`ShadowCamera::projection`]);
     /// [`Error::Setting`] if the depth is negative or not finite.
     pub fn new(camera: &ShadowCamera, size: [u32; 2], light_depth: f64) -> Result<Self> {
-        let (Some(to_camera), Some(to_ndc)) = (camera.world_to_camera, camera.world_to_ndc) else {
-            return Err(Error::Camera("a matrix is unknown"));
-        };
+        let (projection, rounding) = camera.projection()?;
+        let to_camera = camera.world_to_camera.unwrap_or_default();
         if !(0.0..f64::INFINITY).contains(&light_depth) {
             let reason = "it must be finite and not negative";
             return Err(Error::Setting { setting: "light depth", reason });
         }
-        let to_camera = to_camera.as_dmat4();
-        let projection: DMat4 = to_ndc.as_dmat4() * to_camera.inverse();
         let [x, y, w] = [0, 1, 3].map(|row| projection.row(row));
+        let [off_x, off_y, off_w] = [0, 1, 3].map(|row| rounding.row(row));
         let scale = -w.z;
-        if scale.is_nan() || scale <= NOISE * w.w.abs() {
+        if scale.is_nan() || scale <= off_w.z {
             return Err(Error::Camera("rays of an area light need a perspective projection"));
         }
         let raster = DVec2::from(size.map(f64::from));
         let linear = DMat2::from_cols(DVec2::new(x.x, y.x), DVec2::new(x.y, y.y));
         let linear = DMat2::from_diagonal(raster) * linear * scale.recip();
         let offset = -DVec2::new(x.z, y.z) * raster / scale;
-        let stray = [w.x, w.y, w.w, x.w, y.w].map(|value| value / scale);
-        if stray.iter().any(|value| value.abs() > NOISE) {
-            return Err(Error::Camera("rays must start at the camera, depths along its axis"));
+        // What is 0 for a pinhole at the camera's place that looks along its axis.
+        let stray = [(w, off_w, [0, 1, 3].as_slice()), (x, off_x, &[3]), (y, off_y, &[3])];
+        let is_rounding = |(row, off, columns): &(DVec4, DVec4, &[usize])| {
+            columns.iter().all(|&column| row[column].abs() <= off[column])
+        };
+        if !stray.iter().all(is_rounding) {
+            let reason = "world-to-NDC does not project from where world-to-camera stands, \
+                          along its view axis";
+            return Err(Error::Camera(reason));
         }
         let to_camera = DAffine3::from_mat4(to_camera);
         let (to_world, inverse) = (to_camera.inverse(), linear.inverse());
@@ -255,17 +256,17 @@ impl LightFrame {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{Mat4, Vec3, Vec4};
+    use glam::DMat4;
 
     fn camera() -> ShadowCamera {
-        let turn = Mat4::from_rotation_x(1.1) * Mat4::from_rotation_y(0.4);
-        let view = turn * Mat4::from_translation(-Vec3::new(1.0, 5.0, 2.0));
-        let to_ndc = Mat4::from_cols(
-            Vec4::new(1.5, 0.0, 0.0, 0.0),
-            Vec4::new(0.0, -1.0, 0.0, 0.0),
+        let turn = DMat4::from_rotation_x(1.1) * DMat4::from_rotation_y(0.4);
+        let view = turn * DMat4::from_translation(-DVec3::new(1.0, 5.0, 2.0));
+        let to_ndc = DMat4::from_cols(
+            DVec4::new(1.5, 0.0, 0.0, 0.0),
+            DVec4::new(0.0, -1.0, 0.0, 0.0),
             // Off the axis, as of a portal in a wall.
-            Vec4::new(-0.55, -0.45, -1.0, -1.0),
-            Vec4::ZERO,
+            DVec4::new(-0.55, -0.45, -1.0, -1.0),
+            DVec4::ZERO,
         );
         ShadowCamera { world_to_camera: Some(view), world_to_ndc: Some(to_ndc * view) }
     }
@@ -350,16 +351,60 @@ mod tests {
     #[test]
     fn what_is_no_perspective_is_refused() {
         let good = camera();
-        let flat = Mat4::from_cols(Vec4::X, Vec4::Y, Vec4::Z, Vec4::new(0.5, 0.5, 0.0, 1.0));
-        for world_to_ndc in [None, Some(Mat4::ZERO), Some(Mat4::NAN), Some(flat)] {
+        let flat = DMat4::from_cols(DVec4::X, DVec4::Y, DVec4::Z, DVec4::new(0.5, 0.5, 0.0, 1.0));
+        for world_to_ndc in [None, Some(DMat4::ZERO), Some(DMat4::NAN), Some(flat)] {
             let camera = ShadowCamera { world_to_ndc, ..good };
             assert!(LightFrame::new(&camera, [8, 8], 0.0).is_err(), "{world_to_ndc:?}");
         }
-        let beside = Mat4::from_translation(Vec3::X);
+        let beside = DMat4::from_translation(DVec3::X);
         let world_to_camera = good.world_to_camera.map(|matrix| beside * matrix);
         assert!(LightFrame::new(&ShadowCamera { world_to_camera, ..good }, [8, 8], 0.0).is_err());
         for depth in [-1.0, f64::NAN, f64::INFINITY] {
             assert!(LightFrame::new(&good, [8, 8], depth).is_err());
+        }
+    }
+
+    /// [`camera`] in a world that is `scale` times as large, and shifted.
+    fn placed(scale: f64, shift: DVec3) -> ShadowCamera {
+        let back = DMat4::from_translation(-shift);
+        let ShadowCamera { world_to_camera, world_to_ndc } = camera();
+        let small = DMat4::from_scale(DVec3::splat(scale.recip()));
+        let large = DMat4::from_scale(DVec3::splat(scale));
+        ShadowCamera {
+            world_to_camera: world_to_camera.map(|matrix| large * matrix * small * back),
+            world_to_ndc: world_to_ndc.map(|matrix| matrix * small * back),
+        }
+    }
+
+    #[test]
+    fn places_and_sizes_of_the_world_do_not_matter() {
+        let frame = LightFrame::new(&camera(), [60, 40], 0.5).unwrap();
+        let point = DVec3::new(0.7, 1.0, -0.3);
+        let place = frame.project(point).unwrap();
+        for scale in [1e-6, 1e-3, 1.0, 44.0, 1e6] {
+            for radii in [0.0, 150.0, 1e4] {
+                let shift = DVec3::new(0.6, -0.5, 0.62) * (radii * scale);
+                let camera = placed(scale, shift);
+                let there = LightFrame::new(&camera, [60, 40], 0.5 * scale).unwrap();
+                let found = there.project(point * scale + shift).unwrap();
+                assert!((found.truncate() - place.truncate()).length() < 1e-9, "{scale} {radii}");
+                assert!((found.z * scale - place.z).abs() < 1e-11);
+                // As a deep image carries it, the camera is known to some 2⁻²² of its way.
+                let single = |matrix: Option<DMat4>| matrix.map(|m| m.as_mat4().as_dmat4());
+                let rounded = ShadowCamera {
+                    world_to_camera: single(camera.world_to_camera),
+                    world_to_ndc: single(camera.world_to_ndc),
+                };
+                let there = LightFrame::new(&rounded, [60, 40], 0.5 * scale).unwrap();
+                let found = there.project(point * scale + shift).unwrap();
+                let off = (found.truncate() - place.truncate()).length();
+                assert!(off < 60.0 * (10.0 + radii) / f64::from(1 << 22), "{scale} {radii}: {off}");
+                // A stereo camera beside it is another one.
+                let beside = DMat4::from_translation(DVec3::X * (0.05 * scale));
+                let beside = camera.world_to_camera.map(|matrix| beside * matrix);
+                let other = ShadowCamera { world_to_camera: beside, ..camera };
+                assert!(LightFrame::new(&other, [60, 40], 0.0).is_err(), "{scale} {radii}");
+            }
         }
     }
 

@@ -6,6 +6,7 @@ use std::sync::{Mutex, PoisonError};
 
 use dsm_core::{BakeProgress, Baker, Error, HitSource, Result, SampledPixel, Transmittance};
 use dsm_io::RowOrder;
+use dsm_trace::LightFrame;
 
 use crate::depth_layers::{DepthLayers, MultilayerDepthMap};
 use crate::layer::Layer;
@@ -61,10 +62,15 @@ impl<T: Transmittance, S: HitSource<T>> MultilayerBaker<T, S> {
     ///
     /// # Errors
     ///
-    /// [`Error::Setting`] for settings out of range, and [`Error::Camera`] for
-    /// a camera without a matrix.
+    /// [`Error::Setting`] for settings out of range, and [`Error::Camera`] for a camera
+    /// that shadow rays could not be traced with ([`LightFrame::new`]). A map without
+    /// any can only be filtered.
     pub fn new(source: S, settings: MultilayerSettings) -> Result<Self> {
         settings.check()?;
+        let MultilayerSettings { bake, light_depth, .. } = &settings;
+        if let Some(camera) = &bake.camera {
+            LightFrame::new(camera, bake.size, f64::from(*light_depth))?;
+        }
         let baker = Baker::new(source, settings.bake.clone())?;
         Ok(Self { baker, settings, spare: Mutex::default() })
     }

@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             fs::write(folder.join("tile").join(&name), tile(&forge))?;
         }
     }
-    for file in fs::read_dir(root.join("../dsm-io/tests/data/deep_exr"))? {
+    for file in fs::read_dir(root.join("../deep-exr/tests/data"))? {
         let path = file?.path();
         if path.extension().is_some_and(|extension| extension == "exr") {
             fs::copy(&path, folder.join("deep_exr").join(path.file_stem().unwrap_or_default()))?;

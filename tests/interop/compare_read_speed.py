@@ -17,7 +17,7 @@ from pathlib import Path
 import OpenImageIO as oiio
 
 ROOT = Path(__file__).resolve().parents[2]
-EXAMPLE = ["cargo", "run", "--quiet", "--release", "--locked", "-p", "dsm-io", "--example", "time_deep_exr_read", "--"]
+EXAMPLE = ["cargo", "run", "--quiet", "--release", "--locked", "-p", "deep-exr", "--example", "time_read", "--"]
 
 
 def theirs(path, runs):

@@ -4,11 +4,17 @@ use super::footprint::Footprint;
 use super::pixel_hits::PixelHits;
 use super::settings::{BakeSettings, Block};
 use crate::curve::surface_sweep::SurfaceSweep;
-use crate::tile_samples::MapCamera;
-use crate::{
-    Error, HitSource, RayHits, SumVertex, TileHits, TileSamples, Transmittance,
-    TransmittanceBuilder, TransmittanceFunction, VisibilitySweep,
-};
+use crate::curve::sweep::VisibilitySweep;
+use crate::curve::transmittance_builder::TransmittanceBuilder;
+use crate::curve::transmittance_function::TransmittanceFunction;
+use crate::error::Error;
+use crate::hits::hit::RayHits;
+use crate::hits::hit_source::HitSource;
+use crate::hits::tile_hits::TileHits;
+use crate::hits::tile_samples::MapCamera;
+use crate::hits::tile_samples::TileSamples;
+use crate::transmittance::Transmittance;
+use crate::visibility::vertex::SumVertex;
 
 /// The visibility function of a pixel before compression.
 #[derive(Clone, Copy, Debug)]

@@ -4,8 +4,10 @@
 use super::pixel_hits::PixelHits;
 use super::settings::BakeSettings;
 use crate::curve::surface_sweep::PixelSurfaces;
+use crate::filter::Filter;
 use crate::filter::normalize;
-use crate::{Filter, TileSamples, Transmittance};
+use crate::hits::tile_samples::TileSamples;
+use crate::transmittance::Transmittance;
 
 /// The pixels under the filter, their samples' weights and their surfaces.
 /// Pixels are numbered as in the block with its border.

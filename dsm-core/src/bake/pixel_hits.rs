@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
-use crate::{RayHits, SurfaceHit, TileHits, Transmittance, VolumeSegment};
+use crate::hits::hit::{RayHits, SurfaceHit, VolumeSegment};
+use crate::hits::tile_hits::TileHits;
+use crate::transmittance::Transmittance;
 
 /// The hits of a block of pixels, grouped by pixel; within one they keep the
 /// order in which they came. O(hits + pixels).

@@ -1,9 +1,12 @@
 //! What a bake is asked for.
 
-use crate::tile_samples::MapCamera;
-use crate::{
-    Error, Filter, FilterShape, PixelSampling, Quantization, Result, ShadowCamera, Tolerance,
-};
+use crate::camera::shadow_camera::ShadowCamera;
+use crate::compress::quantization::Quantization;
+use crate::error::{Error, Result};
+use crate::filter::{Filter, FilterShape};
+use crate::hits::sampling::PixelSampling;
+use crate::hits::tile_samples::MapCamera;
+use crate::tolerance::Tolerance;
 
 /// How a map is sampled, filtered and compressed.
 ///

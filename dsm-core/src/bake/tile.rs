@@ -2,12 +2,16 @@
 
 use std::ops::Range;
 
-use super::ExactPixel;
+use super::exact::ExactPixel;
 use super::settings::Block;
-use crate::{
-    DifferenceSummary, GreedyCompressor, PixelLists, PixelListsBuilder, Quantization, Result,
-    SumVertex, Tolerance, Transmittance, Vertex, VisibilityDifference,
-};
+use crate::compress::greedy::GreedyCompressor;
+use crate::compress::quantization::Quantization;
+use crate::error::Result;
+use crate::field::pixel_lists::{PixelLists, PixelListsBuilder};
+use crate::tolerance::Tolerance;
+use crate::transmittance::Transmittance;
+use crate::visibility::difference::{DifferenceSummary, VisibilityDifference};
+use crate::visibility::vertex::{SumVertex, Vertex};
 
 /// A tile that was baked.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,7 +2,10 @@
 
 use super::slope_window::SlopeWindow;
 use super::tube::{SUM_ROUNDING, Tube};
-use crate::{SumVertex, Tolerance, Transmittance, Vertex, VisibilityFunction, VisibilityView};
+use crate::tolerance::Tolerance;
+use crate::transmittance::Transmittance;
+use crate::visibility::function::{VisibilityFunction, VisibilityView};
+use crate::visibility::vertex::{SumVertex, Vertex};
 
 /// What a compressor is told of V(∞), the value that a function ends with.
 ///

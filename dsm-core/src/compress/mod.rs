@@ -4,5 +4,4 @@ pub(crate) mod greedy;
 pub(crate) mod paper_greedy;
 pub(crate) mod quantization;
 mod slope_window;
-pub(crate) mod tolerance;
 mod tube;

@@ -1,7 +1,9 @@
 //! The compressor as the paper has it, to compare with.
 
 use super::slope_window::{SlopeWindow, Target};
-use crate::{SumVertex, Tolerance, Transmittance, Vertex};
+use crate::tolerance::Tolerance;
+use crate::transmittance::Transmittance;
+use crate::visibility::vertex::{SumVertex, Vertex};
 
 /// The greedy algorithm exactly as Lokovic & Veach 2000, §3.3, describe it: a
 /// baseline for comparisons, not for maps. It starts at (0, 1), lets segments

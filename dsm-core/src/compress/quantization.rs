@@ -1,6 +1,9 @@
 //! Functions rounded to grids, so that a file spends few bits on them.
 
-use crate::{Error, Result, Tolerance, Transmittance, Vertex};
+use crate::error::{Error, Result};
+use crate::tolerance::Tolerance;
+use crate::transmittance::Transmittance;
+use crate::visibility::vertex::Vertex;
 
 /// Bits of an `f32` behind the point.
 const MANTISSA: u32 = f32::MANTISSA_DIGITS - 1;

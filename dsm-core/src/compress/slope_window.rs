@@ -1,6 +1,7 @@
 //! The slopes that a segment may still have.
 
-use crate::{SumVertex, Transmittance, Vertex};
+use crate::transmittance::Transmittance;
+use crate::visibility::vertex::{SumVertex, Vertex};
 
 /// The larger of two; `b` if either is NaN. One instruction on x86-64, unlike
 /// `f64::max`.

@@ -1,7 +1,8 @@
 //! The tube around V in which V′ is drawn, and how it is drawn.
 
 use super::slope_window::{SlopeWindow, Target, larger, smaller};
-use crate::{SumVertex, Transmittance, Vertex};
+use crate::transmittance::Transmittance;
+use crate::visibility::vertex::{SumVertex, Vertex};
 
 /// What a sum may be off by because it was added up in another order: as much
 /// as V may rise, leave [0, 1] or miss the announced end.

@@ -3,7 +3,7 @@
 //! No fused multiply-add: without that instruction, which plain x86-64
 //! lacks, it is a library call.
 
-use crate::Transmittance;
+use crate::transmittance::Transmittance;
 
 /// a + b and its rounding error, exactly (Knuth's two-sum).
 pub(crate) fn two_sum(a: f64, b: f64) -> (f64, f64) {

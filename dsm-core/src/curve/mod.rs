@@ -1,5 +1,4 @@
-//! Piecewise linear functions of depth: their vertices, one ray's
-//! transmittance and the weighted sum of many.
+//! The transmittance of one ray, and the weighted sum of many.
 
 mod compensated;
 mod depth_sort;
@@ -10,5 +9,3 @@ pub(crate) mod surface_sweep;
 pub(crate) mod sweep;
 pub(crate) mod transmittance_builder;
 pub(crate) mod transmittance_function;
-pub(crate) mod vertex;
-pub(crate) mod vertex_writer;

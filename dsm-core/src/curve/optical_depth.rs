@@ -3,7 +3,8 @@
 
 use super::compensated::{RunningSum, two_product, two_sum};
 use super::exact_sum::ExactSum;
-use crate::{Transmittance, VolumeSegment};
+use crate::hits::hit::VolumeSegment;
+use crate::transmittance::Transmittance;
 
 /// An extinction beyond this is as good: over the smallest distance between
 /// two `f32` nothing is left.

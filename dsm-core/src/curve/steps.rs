@@ -1,9 +1,9 @@
 //! Weighted sums of staircases: what they end with, and how they are drawn.
 
 use super::compensated::RunningSum;
-use super::vertex::SumVertex;
-use super::vertex_writer::VertexWriter;
-use crate::Transmittance;
+use crate::transmittance::Transmittance;
+use crate::visibility::vertex::SumVertex;
+use crate::visibility::vertex_writer::VertexWriter;
 
 /// What a weighted sum of functions ends with. Added up from both ends:
 /// 1 − Σ w (1 − τ) is exact where all are clear, Σ w τ where all are blocked.

@@ -3,8 +3,8 @@
 use super::compensated::RunningTransmittance;
 use super::depth_sort::sort_by_depth;
 use super::steps::{End, FinalSum, draw_steps};
-use super::vertex::SumVertex;
-use crate::Transmittance;
+use crate::transmittance::Transmittance;
+use crate::visibility::vertex::SumVertex;
 
 /// Adds up what the surfaces in the way of a pixel's samples let through: the
 /// same sum as of their transmittance functions

@@ -7,10 +7,11 @@ use super::depth_sort::sort_by_depth;
 use super::exact_sum::ExactSum;
 use super::steps::{End, FinalSum, draw_steps};
 use super::transmittance_function::TransmittanceFunction;
-use super::vertex::{SumVertex, Vertex};
-use super::vertex_writer::VertexWriter;
-use crate::polyline::Polyline;
-use crate::{Transmittance, VisibilityFunction};
+use crate::transmittance::Transmittance;
+use crate::visibility::function::VisibilityFunction;
+use crate::visibility::polyline::Polyline;
+use crate::visibility::vertex::{SumVertex, Vertex};
+use crate::visibility::vertex_writer::VertexWriter;
 
 /// Adds up the transmittance functions of one pixel after the other, and keeps
 /// its memory in between. Pixels of coarser mip levels are sums of the same
@@ -346,7 +347,7 @@ fn settled_at<T: Transmittance>(function: &impl Polyline<Sum = T::Sum>, channel:
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{RayHits, SurfaceHit};
+    use crate::hits::hit::{RayHits, SurfaceHit};
 
     fn surface(depth: f32, opacity: f32) -> TransmittanceFunction<f32> {
         let mut hits = RayHits::default();

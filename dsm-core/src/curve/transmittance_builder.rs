@@ -4,9 +4,11 @@ use super::compensated::RunningTransmittance;
 use super::depth_sort::sort_by_depth;
 use super::optical_depth::{OpticalDepth, Stretch};
 use super::transmittance_function::TransmittanceFunction;
-use super::vertex::SumVertex;
-use super::vertex_writer::VertexWriter;
-use crate::{RayHits, Tolerance, Transmittance};
+use crate::hits::hit::RayHits;
+use crate::tolerance::Tolerance;
+use crate::transmittance::Transmittance;
+use crate::visibility::vertex::SumVertex;
+use crate::visibility::vertex_writer::VertexWriter;
 
 /// Builds transmittance functions, one ray after the other, and keeps its
 /// memory in between.
@@ -139,6 +141,18 @@ fn transmittance<T: Transmittance>(
         0.0 => surfaces.channel(channel),
         optical_depth => surfaces.channel(channel) * (-optical_depth).exp(),
     })
+}
+
+impl<T: Transmittance> TransmittanceFunction<T> {
+    /// The transmittance along a ray that meets `hits`, with chords that miss
+    /// the exponentials of media by at most `chord_error`. Over many rays a
+    /// [`TransmittanceBuilder`] does the same without allocating.
+    #[must_use]
+    pub fn new(hits: &RayHits<T>, chord_error: f64) -> Self {
+        let mut function = Self::default();
+        TransmittanceBuilder::new(chord_error).build(hits, &mut function);
+        function
+    }
 }
 
 /// A medium behind the surfaces so far.

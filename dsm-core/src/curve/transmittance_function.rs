@@ -1,8 +1,8 @@
 //! The light left along one ray (Lokovic & Veach 2000, §3.2).
 
-use super::transmittance_builder::TransmittanceBuilder;
-use super::vertex::SumVertex;
-use crate::{RayHits, Transmittance};
+use crate::transmittance::Transmittance;
+use crate::visibility::polyline::Polyline;
+use crate::visibility::vertex::{SumVertex, Vertex};
 
 /// A transmittance function: τ(z), the fraction of light left on one ray after
 /// everything at depth ≤ z; the product of what surfaces and what media let
@@ -44,16 +44,6 @@ impl<T: Transmittance> Default for TransmittanceFunction<T> {
 }
 
 impl<T: Transmittance> TransmittanceFunction<T> {
-    /// The transmittance along a ray that meets `hits`, with chords that miss
-    /// the exponentials of media by at most `chord_error`. Over many rays a
-    /// [`TransmittanceBuilder`] does the same without allocating.
-    #[must_use]
-    pub fn new(hits: &RayHits<T>, chord_error: f64) -> Self {
-        let mut function = Self::default();
-        TransmittanceBuilder::new(chord_error).build(hits, &mut function);
-        function
-    }
-
     /// The vertices, front to back.
     #[must_use]
     pub fn vertices(&self) -> &[SumVertex<T>] {
@@ -106,10 +96,28 @@ impl<T: Transmittance> TransmittanceFunction<T> {
     }
 }
 
+impl<T: Transmittance> Polyline for TransmittanceFunction<T> {
+    type Sum = T::Sum;
+
+    fn vertex_count(&self) -> usize {
+        self.vertices().len()
+    }
+
+    fn sum_vertex(&self, index: usize) -> Vertex<T::Sum> {
+        self.vertices()[index]
+    }
+
+    fn has_ramps(&self) -> bool {
+        self.is_curved()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Rgb, SurfaceHit, Vertex, VolumeSample};
+    use crate::hits::hit::{RayHits, SurfaceHit, VolumeSample};
+    use crate::transmittance::Rgb;
+    use crate::visibility::vertex::Vertex;
 
     fn surfaces(hits: &[(f32, f32)]) -> RayHits<f32> {
         let mut ray = RayHits::default();

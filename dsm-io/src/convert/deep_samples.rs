@@ -1,11 +1,11 @@
 //! Deep samples as what a ray meets: T(z) = ∏ (1 − aᵢ(z)) whatever their
 //! order.
 
+use deep_exr::{Alpha, DeepRows, DeepSample};
 use dsm_core::{RayHits, SurfaceHit, Transmittance};
 
 use super::ImportReport;
 use crate::Result;
-use crate::deep_exr::{Alpha, DeepRows, DeepSample};
 
 /// Adds what the ray through `pixel` meets to `hits`.
 pub(super) fn collect_hits<T: Transmittance>(

@@ -2,16 +2,17 @@
 
 use std::path::Path;
 
+use deep_exr::{
+    Block, ChunkEncoder, Compression, DeepExrWriter, EncodedChunk, Layout, SampleType, WriteOptions,
+};
 use dsm_core::{Rgb, Tolerance, Transmittance, VisibilityView};
 use rayon::prelude::*;
 
 use super::MapSource;
 use super::function_samples::FunctionSampler;
+use super::image_options::image_options;
 use super::rows::SourceRows;
-use crate::deep_exr::{
-    Block, ChunkEncoder, DeepExrWriter, ExportCompression, ExportHeader, ExportLayout,
-    ExportSampleType, PackedChunk,
-};
+use crate::format::atomic_file::AtomicFile;
 use crate::region::Region;
 use crate::{Error, Result};
 
@@ -19,11 +20,11 @@ use crate::{Error, Result};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExportOptions {
     /// Scan lines or tiles.
-    pub layout: ExportLayout,
+    pub layout: Layout,
     /// How opacities are stored.
-    pub sample_type: ExportSampleType,
+    pub sample_type: SampleType,
     /// How chunks are compressed.
-    pub compression: ExportCompression,
+    pub compression: Compression,
     /// How far volumes may be off the ramps that they stand for, at least
     /// [`Self::LEAST_ERROR`]. Default 1e-5.
     pub error: Tolerance,
@@ -45,9 +46,9 @@ impl ExportOptions {
 impl Default for ExportOptions {
     fn default() -> Self {
         Self {
-            layout: ExportLayout::default(),
-            sample_type: ExportSampleType::default(),
-            compression: ExportCompression::default(),
+            layout: Layout::default(),
+            sample_type: SampleType::default(),
+            compression: Compression::default(),
             error: Tolerance::new(Self::DEFAULT_ERROR).unwrap_or_default(),
             deep_image_state: false,
         }
@@ -122,21 +123,20 @@ pub fn export_deep_exr(
     }
     let metadata = map.metadata();
     let tolerance = f64::from(metadata.info.tolerance.epsilon());
-    let header = ExportHeader::new(
-        metadata,
-        options.layout,
-        options.sample_type,
-        options.compression,
-        options.deep_image_state,
-    )
-    .map_err(|error| error.in_file(Some(output)))?;
+    let (image, left_out) = image_options(metadata, options)
+        .map_err(|error| Error::from(error).in_file(Some(output)))?;
     // Whole rows of the map's tiles where the image has none: no tile is
     // decoded twice.
     let bands = match options.layout {
-        ExportLayout::ScanLines => map.levels()[0].tile_height,
-        ExportLayout::Tiles { .. } => 1,
+        Layout::ScanLines => map.levels()[0].tile_height,
+        _ => 1,
     };
-    let export = Export { header: &header, options, bands };
+    let export = Export {
+        image: &image,
+        sample_type: options.sample_type,
+        error: options.error.epsilon().into(),
+        bands,
+    };
     let (samples, max_samples, achieved) = if metadata.channels == 1 {
         export.run::<f32>(source, output, progress)
     } else {
@@ -147,13 +147,14 @@ pub fn export_deep_exr(
         max_samples,
         achieved,
         total: tolerance + achieved.max(options.error.epsilon().into()),
-        left_out: header.left_out().to_vec(),
+        left_out,
     })
 }
 
 struct Export<'a> {
-    header: &'a ExportHeader,
-    options: &'a ExportOptions,
+    image: &'a WriteOptions,
+    sample_type: SampleType,
+    error: f64,
     /// How many rows of blocks are done at once.
     bands: u32,
 }
@@ -161,7 +162,7 @@ struct Export<'a> {
 /// A chunk, and what went into it.
 struct Chunk {
     block: Block,
-    packed: PackedChunk,
+    packed: EncodedChunk,
     samples: u64,
     worst: f64,
 }
@@ -175,8 +176,10 @@ impl Export<'_> {
         output: &Path,
         mut progress: impl FnMut(u32),
     ) -> Result<(u64, u32, f64)> {
-        let grid = self.header.grid();
-        let mut writer = DeepExrWriter::create(output, self.header)?;
+        let in_output = |error| Error::from(error).in_file(Some(output));
+        let mut writer =
+            DeepExrWriter::new(AtomicFile::create(output)?, self.image).map_err(in_output)?;
+        let grid = writer.grid();
         let (mut samples, mut worst) = (0, 0.0_f64);
         let mut first = 0;
         while first < grid.bands() {
@@ -191,19 +194,22 @@ impl Export<'_> {
             let chunks = blocks
                 .into_par_iter()
                 .map_init(
-                    || ChunkEncoder::new(self.options.sample_type, self.options.compression),
+                    || ChunkEncoder::new(self.image),
                     |encoder, block| self.chunk(encoder, &functions, block),
                 )
                 .collect::<Result<Vec<_>>>()?;
             for chunk in &chunks {
-                writer.write(&chunk.block, &chunk.packed)?;
+                writer.write_chunk(&chunk.block, &chunk.packed).map_err(in_output)?;
                 samples += chunk.samples;
                 worst = worst.max(chunk.worst);
             }
             progress(rows.end);
             first = end;
         }
-        Ok((samples, writer.finish()?, worst))
+        let max_samples = writer.max_samples();
+        let file = writer.finish().map_err(in_output)?;
+        file.commit(&[]).map_err(|error| error.in_file(Some(output)))?;
+        Ok((samples, max_samples, worst))
     }
 
     /// The chunk of a block.
@@ -213,20 +219,18 @@ impl Export<'_> {
         functions: &Region<'_, T>,
         block: Block,
     ) -> Result<Chunk> {
-        let error = f64::from(self.options.error.epsilon());
-        let mut sampler = FunctionSampler::<T>::new(self.options.sample_type, error);
-        let too_many = || Error::caller("the pixels of a chunk have more than 2^32 samples");
-        let mut rows = self.header.rows(block.width).ok_or_else(too_many)?;
+        let mut sampler = FunctionSampler::<T>::new(self.sample_type, self.error);
+        let mut rows = self.image.rows(block.width);
         for y in block.y..block.y + block.height {
             for x in block.x..block.x + block.width {
                 let function = functions.function(x, y).unwrap_or(VisibilityView::clear());
                 sampler.append(function, &mut rows);
-                rows.finish_pixel().ok_or_else(too_many)?;
+                rows.finish_pixel()?;
             }
         }
         Ok(Chunk {
             block,
-            packed: encoder.encode(self.header, &rows)?,
+            packed: encoder.encode(&rows)?,
             samples: rows.sample_count() as u64,
             worst: sampler.worst(),
         })

@@ -2,10 +2,10 @@
 
 use std::marker::PhantomData;
 
+use deep_exr::{DeepRows, DeepSample, SampleType};
 use dsm_core::{SumVertex, Transmittance, Vertex, VisibilityView};
 
 use super::exponential::{keeps_to_chord, largest_difference, longest_fall};
-use crate::deep_exr::{DeepRows, DeepSample, ExportSampleType};
 
 /// What rounding to 32-bit, and to 16-bit, opacities may add to the error of
 /// ramps.
@@ -22,7 +22,7 @@ const HALF_ROUNDING: f64 = 1.0 / 2048.0;
 /// channel: a volume falls by a factor e^(−L) with L² ≈ 8 error / V, and its
 /// √V by √(2 error).
 pub(super) struct FunctionSampler<T: Transmittance> {
-    sample_type: ExportSampleType,
+    sample_type: SampleType,
     error: f64,
     /// What the samples up to here let through.
     left: [f64; 3],
@@ -32,10 +32,10 @@ pub(super) struct FunctionSampler<T: Transmittance> {
 
 impl<T: Transmittance> FunctionSampler<T> {
     /// Samples of this type, volumes within `error` of ramps.
-    pub(super) fn new(sample_type: ExportSampleType, error: f64) -> Self {
+    pub(super) fn new(sample_type: SampleType, error: f64) -> Self {
         let rounding = match sample_type {
-            ExportSampleType::Float => ROUNDING,
-            ExportSampleType::Half => HALF_ROUNDING.min(error / 2.0),
+            SampleType::Float => ROUNDING,
+            SampleType::Half => HALF_ROUNDING.min(error / 2.0),
         };
         let error = error - rounding;
         Self { sample_type, error, left: [1.0; 3], worst: 0.0, channels: PhantomData }

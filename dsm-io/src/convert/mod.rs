@@ -7,6 +7,7 @@ mod deep_samples;
 mod exponential;
 mod export;
 mod function_samples;
+mod image_options;
 mod report;
 mod rows;
 mod source;

@@ -3,6 +3,7 @@
 
 use std::ops::Range;
 
+use deep_exr::DeepRows;
 use dsm_core::{
     RayHits, SumVertex, Transmittance, TransmittanceBuilder, TransmittanceFunction, Vertex,
     VisibilityView,
@@ -11,7 +12,6 @@ use dsm_core::{
 use super::ImportReport;
 use super::deep_samples::collect_hits;
 use crate::Result;
-use crate::deep_exr::DeepRows;
 use crate::region::Region;
 
 /// Some whole pixel rows.

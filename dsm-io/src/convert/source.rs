@@ -3,13 +3,13 @@
 use std::ops::Range;
 use std::path::Path;
 
-use dsm_core::{DepthKind, MapInfo, ShadowCamera, Tolerance, Transmittance};
-use glam::Mat4;
+use deep_exr::{AlphaChannels, DeepExrReader, Header, Window};
+use dsm_core::{DepthKind, MapInfo, PixelWindow, ShadowCamera, Tolerance, Transmittance};
+use glam::DMat4;
 
 use super::ImportReport;
 use super::rows::SourceRows;
 use crate::blocks::stated_depth_error;
-use crate::deep_exr::{AlphaChannels, DeepExrHeader, DeepExrReader};
 use crate::error::check_limit;
 use crate::format::tile_id::TileRect;
 use crate::region::Region;
@@ -40,7 +40,7 @@ impl MapSource {
             return Err(Error::caller("not a regular file").in_file(Some(path)));
         }
         if is_openexr(path)? {
-            let reader = DeepExrReader::open(path, part, limits)
+            let reader = DeepExrReader::open(path, part, &limits.images)
                 .map_err(|error| Error::from(error).in_file(Some(path)))?;
             Ok(Self::Image(Box::new(reader)))
         } else {
@@ -130,8 +130,8 @@ impl MapSource {
                     camera: camera(header, &mut report),
                     depth_kind: DepthKind::Planar,
                     tolerance: added,
-                    data_window: Some(header.data_window),
-                    display_window: Some(header.display_window),
+                    data_window: Some(pixels(header.data_window)),
+                    display_window: Some(pixels(header.display_window)),
                     ..MapInfo::default()
                 };
                 let mut metadata =
@@ -149,11 +149,15 @@ impl MapSource {
     }
 }
 
+const fn pixels(Window { min, max }: Window) -> PixelWindow {
+    PixelWindow { min, max }
+}
+
 /// Row-vector matrices become column-vector ones: OpenEXR's rows are glam's
 /// columns, so the transposition moves no number.
-fn camera(header: &DeepExrHeader, report: &mut ImportReport) -> Option<ShadowCamera> {
+fn camera(header: &Header, report: &mut ImportReport) -> Option<ShadowCamera> {
     let mut matrix = |numbers: Option<[f32; 16]>| {
-        let matrix = Mat4::from_cols_array(&numbers?);
+        let matrix = DMat4::from_cols_array(&numbers?.map(f64::from));
         report.dropped_matrices += u64::from(!matrix.is_finite());
         matrix.is_finite().then_some(matrix)
     };
@@ -165,7 +169,7 @@ fn camera(header: &DeepExrHeader, report: &mut ImportReport) -> Option<ShadowCam
 
 /// What every image states and maps have no field for, where it says
 /// something: an image made from the map gets it back.
-fn picture_attributes(header: &DeepExrHeader) -> impl Iterator<Item = (String, Attribute)> {
+fn picture_attributes(header: &Header) -> impl Iterator<Item = (String, Attribute)> {
     let floats = |name: &str, type_name: &str, values: &[f32], default: &[f32]| {
         let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<_>>();
         (values != default).then(|| (name.to_owned(), Attribute::new(type_name, bytes)))

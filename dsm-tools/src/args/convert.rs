@@ -5,10 +5,8 @@ use std::path::PathBuf;
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, ValueEnum};
 use dsm_core::Tolerance;
-use dsm_io::{
-    Block, ConvertOptions, ExportCompression, ExportLayout, ExportOptions, ExportSampleType,
-    WriteOptions,
-};
+use dsm_io::deep_exr::{Compression, Layout, SampleType};
+use dsm_io::{Block, ConvertOptions, ExportOptions, WriteOptions};
 
 use super::values::{self, Effort};
 
@@ -129,18 +127,19 @@ impl ConvertFlags {
         }
         Ok(ExportOptions {
             layout: if is_tiled {
-                ExportLayout::Tiles { size: self.tile.unwrap_or(DEFAULT_TILE) }
+                let size = self.tile.unwrap_or(DEFAULT_TILE);
+                Layout::Tiles { width: size, height: size }
             } else {
-                ExportLayout::ScanLines
+                Layout::ScanLines
             },
             sample_type: match self.exr_type {
-                Some(TypeName::Half) => ExportSampleType::Half,
-                Some(TypeName::Float) | None => ExportSampleType::Float,
+                Some(TypeName::Half) => SampleType::Half,
+                Some(TypeName::Float) | None => SampleType::Float,
             },
             compression: match self.exr_compression {
-                Some(CompressionName::Rle) => ExportCompression::Rle,
-                Some(CompressionName::None) => ExportCompression::None,
-                Some(CompressionName::Zips) | None => ExportCompression::Zips,
+                Some(CompressionName::Rle) => Compression::Rle,
+                Some(CompressionName::None) => Compression::None,
+                Some(CompressionName::Zips) | None => Compression::Zips,
             },
             error,
             ..defaults

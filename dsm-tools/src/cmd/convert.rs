@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use anyhow::{Context, Result};
-use dsm_io::{ExportOptions, ExportReport, ExrLayout, Limits, MapSource, convert, export_deep_exr};
+use dsm_io::{ExportOptions, ExportReport, Limits, MapSource, convert, export_deep_exr};
 
 use crate::args::{Convert, ConvertTarget};
 use crate::output::{printable, progress};
@@ -79,7 +79,7 @@ fn lost(source: &MapSource) -> Vec<String> {
             if !names.is_empty() {
                 lines.push(format!("lost: channels {}", printable(&names.join(", "))));
             }
-            if let ExrLayout::Tiles { has_levels: true, .. } = header.layout {
+            if header.has_levels {
                 lines.push("lost: the levels above the first".to_owned());
             }
         }

@@ -15,7 +15,7 @@ fn image() -> PathBuf {
 
 /// One of the small images that the reader's tests have.
 fn small(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../dsm-io/tests/data/deep_exr").join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../deep-exr/tests/data").join(name)
 }
 
 fn description(map: &Path) -> Value {

@@ -25,18 +25,18 @@ const TILE: u32 = 16;
 ///
 /// ```
 /// use dsm_core::{Error, RayHits, RaySource, SamplePoint, ShadowCamera, SurfaceHit};
-/// use glam::{Mat4, Vec4};
+/// use glam::{DMat4, DVec4};
 /// use dsm_trace::LightFrame;
 /// use shadow_maps::fragments::FragmentBuilder;
 ///
-/// # let to_ndc = Mat4::from_cols(
-/// #     Vec4::new(0.5, 0.0, 0.0, 0.0),
-/// #     Vec4::new(0.0, -0.5, 0.0, 0.0),
-/// #     Vec4::new(-0.5, -0.5, -1.0, -1.0),
-/// #     Vec4::ZERO,
+/// # let to_ndc = DMat4::from_cols(
+/// #     DVec4::new(0.5, 0.0, 0.0, 0.0),
+/// #     DVec4::new(0.0, -0.5, 0.0, 0.0),
+/// #     DVec4::new(-0.5, -0.5, -1.0, -1.0),
+/// #     DVec4::ZERO,
 /// # );
 /// # let camera =
-/// #     ShadowCamera { world_to_camera: Some(Mat4::IDENTITY), world_to_ndc: Some(to_ndc) };
+/// #     ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(to_ndc) };
 /// // An opaque half plane at depth 4 that begins in the middle of pixel 2.
 /// let source = RaySource(|point: SamplePoint, ray: &mut RayHits<f32>| -> Result<(), Error> {
 ///     if point.x > 2.5 {

@@ -4,7 +4,7 @@
 use dsm_core::{
     Error, HitSource, Rgb, ShadowCamera, SurfaceHit, TileHits, TileSamples, Transmittance,
 };
-use glam::{Mat4, Vec3, Vec4};
+use glam::{DMat4, DVec4, Vec3};
 use proptest::prelude::*;
 
 use super::builder::FragmentBuilder;
@@ -48,13 +48,13 @@ impl<T: Transmittance> HitSource<T> for Scattered<T> {
 
 /// At the origin, looking down −z, 90 degrees wide and high.
 fn camera() -> ShadowCamera {
-    let to_ndc = Mat4::from_cols(
-        Vec4::new(0.5, 0.0, 0.0, 0.0),
-        Vec4::new(0.0, -0.5, 0.0, 0.0),
-        Vec4::new(-0.5, -0.5, -1.0, -1.0),
-        Vec4::ZERO,
+    let to_ndc = DMat4::from_cols(
+        DVec4::new(0.5, 0.0, 0.0, 0.0),
+        DVec4::new(0.0, -0.5, 0.0, 0.0),
+        DVec4::new(-0.5, -0.5, -1.0, -1.0),
+        DVec4::ZERO,
     );
-    ShadowCamera { world_to_camera: Some(Mat4::IDENTITY), world_to_ndc: Some(to_ndc) }
+    ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(to_ndc) }
 }
 
 const SIZE: [u32; 2] = [18, 2];

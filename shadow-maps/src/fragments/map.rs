@@ -16,17 +16,17 @@ use super::fragment::Fragment;
 /// ```
 /// use dsm_core::ShadowCamera;
 /// use dsm_trace::LightFrame;
-/// use glam::{Mat4, Vec4};
+/// use glam::{DMat4, DVec4};
 /// use shadow_maps::fragments::{Fragment, FragmentColumns, FragmentMap};
 ///
-/// # let to_ndc = Mat4::from_cols(
-/// #     Vec4::new(0.5, 0.0, 0.0, 0.0),
-/// #     Vec4::new(0.0, -0.5, 0.0, 0.0),
-/// #     Vec4::new(-0.5, -0.5, -1.0, -1.0),
-/// #     Vec4::ZERO,
+/// # let to_ndc = DMat4::from_cols(
+/// #     DVec4::new(0.5, 0.0, 0.0, 0.0),
+/// #     DVec4::new(0.0, -0.5, 0.0, 0.0),
+/// #     DVec4::new(-0.5, -0.5, -1.0, -1.0),
+/// #     DVec4::ZERO,
 /// # );
 /// # let camera =
-/// #     ShadowCamera { world_to_camera: Some(Mat4::IDENTITY), world_to_ndc: Some(to_ndc) };
+/// #     ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(to_ndc) };
 /// let frame = LightFrame::new(&camera, [2, 1], 0.0)?;
 /// // A square at depth 4 that fills the second pixel.
 /// let coverage = Fragment::<f32>::WHOLE;

@@ -4,7 +4,7 @@
 use dsm_core::{AreaLight, LightVisibility, ShadedPoint, ShadowCamera, Transmittance};
 use dsm_trace::{LightFrame, TraceStatistics};
 use fearless_simd::Level;
-use glam::{DVec3, Mat4, Vec4};
+use glam::{DMat4, DVec3, DVec4};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
@@ -15,13 +15,14 @@ use super::tracer::{FragmentTracer, TraceScratch};
 
 /// A camera at the origin that looks down −z, 90 degrees wide and high.
 pub(crate) fn frame(size: [u32; 2], light_depth: f64) -> LightFrame {
-    let to_ndc = Mat4::from_cols(
-        Vec4::new(0.5, 0.0, 0.0, 0.0),
-        Vec4::new(0.0, -0.5, 0.0, 0.0),
-        Vec4::new(-0.5, -0.5, -1.0, -1.0),
-        Vec4::ZERO,
+    let to_ndc = DMat4::from_cols(
+        DVec4::new(0.5, 0.0, 0.0, 0.0),
+        DVec4::new(0.0, -0.5, 0.0, 0.0),
+        DVec4::new(-0.5, -0.5, -1.0, -1.0),
+        DVec4::ZERO,
     );
-    let camera = ShadowCamera { world_to_camera: Some(Mat4::IDENTITY), world_to_ndc: Some(to_ndc) };
+    let camera =
+        ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(to_ndc) };
     LightFrame::new(&camera, size, light_depth).unwrap()
 }
 

@@ -61,17 +61,17 @@ const CHUNK: usize = 64;
 /// ```
 /// use dsm_core::{AreaLight, Error, LightVisibility, RayHits, RaySource, SamplePoint};
 /// use dsm_core::{ShadowCamera, SurfaceHit};
-/// use glam::{DVec3, Mat4, Vec4};
+/// use glam::{DVec3, DMat4, DVec4};
 /// use shadow_maps::fragments::{FragmentBuilder, FragmentTracer};
 ///
-/// # let to_ndc = Mat4::from_cols(
-/// #     Vec4::new(0.5, 0.0, 0.0, 0.0),
-/// #     Vec4::new(0.0, -0.5, 0.0, 0.0),
-/// #     Vec4::new(-0.5, -0.5, -1.0, -1.0),
-/// #     Vec4::ZERO,
+/// # let to_ndc = DMat4::from_cols(
+/// #     DVec4::new(0.5, 0.0, 0.0, 0.0),
+/// #     DVec4::new(0.0, -0.5, 0.0, 0.0),
+/// #     DVec4::new(-0.5, -0.5, -1.0, -1.0),
+/// #     DVec4::ZERO,
 /// # );
 /// # let camera =
-/// #     ShadowCamera { world_to_camera: Some(Mat4::IDENTITY), world_to_ndc: Some(to_ndc) };
+/// #     ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(to_ndc) };
 /// // An opaque half plane at depth 2, right of the camera's axis.
 /// let source = RaySource(|point: SamplePoint, ray: &mut RayHits<f32>| -> Result<(), Error> {
 ///     if point.x > 32.0 {

@@ -159,7 +159,7 @@ impl LightVisibility for PercentageCloserFilter {
 mod tests {
     use super::*;
     use dsm_core::ShadowCamera;
-    use glam::{Mat4, Vec3, Vec4};
+    use glam::{DMat4, DVec3, DVec4};
     use proptest::collection::vec;
     use proptest::prelude::*;
     use proptest::sample::select;
@@ -339,12 +339,12 @@ mod tests {
     #[test]
     fn receivers_of_the_world_are_projected() {
         // At (0, 0, 5), looking down −z, 90 degrees wide.
-        let view = Mat4::from_translation(Vec3::new(0.0, 0.0, -5.0));
-        let projection = Mat4::from_rows(
-            Vec4::new(0.5, 0.0, -0.5, 0.0),
-            Vec4::new(0.0, -0.5, -0.5, 0.0),
-            Vec4::Z,
-            Vec4::new(0.0, 0.0, -1.0, 0.0),
+        let view = DMat4::from_translation(DVec3::new(0.0, 0.0, -5.0));
+        let projection = DMat4::from_rows(
+            DVec4::new(0.5, 0.0, -0.5, 0.0),
+            DVec4::new(0.0, -0.5, -0.5, 0.0),
+            DVec4::Z,
+            DVec4::new(0.0, 0.0, -1.0, 0.0),
         );
         let camera =
             ShadowCamera { world_to_camera: Some(view), world_to_ndc: Some(projection * view) };

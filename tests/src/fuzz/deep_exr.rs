@@ -1,6 +1,7 @@
 //! A whole OpenEXR file.
 
-use dsm_io::{DeepExrReader, MapSource, compare};
+use dsm_io::deep_exr::DeepExrReader;
+use dsm_io::{MapSource, compare};
 
 use super::limits;
 
@@ -10,7 +11,7 @@ use super::limits;
 ///
 /// If a file differs from itself.
 pub fn deep_exr(bytes: &[u8]) -> bool {
-    let open = || DeepExrReader::from_bytes(bytes, None, &limits());
+    let open = || DeepExrReader::from_bytes(bytes.to_vec(), None, &limits().images);
     let Ok(mut reader) = open() else { return false };
     let height = reader.header().height;
     let mut all_read = true;

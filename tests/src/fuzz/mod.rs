@@ -30,7 +30,9 @@ pub fn limits() -> Limits {
     let mut limits = Limits::default();
     limits.max_pixels = 1 << 16;
     limits.max_chunk_bytes = 1 << 20;
-    limits.max_answer_bytes = 1 << 24;
+    limits.images.max_pixels = limits.max_pixels;
+    limits.images.max_chunk_bytes = limits.max_chunk_bytes;
+    limits.images.max_answer_bytes = 1 << 24;
     limits.max_in_memory_bytes = 1 << 24;
     limits.max_tiles = 1 << 12;
     limits

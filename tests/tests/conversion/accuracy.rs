@@ -1,7 +1,8 @@
 //! T(z) = ∏ (1 − aᵢ(z)) for every pixel, straight from the samples in `f64`.
 
 use dsm_core::{DeepMap, Rgb, Transmittance};
-use dsm_io::{AnyDeepMap, DeepExrReader, DeepRows, Limits, MapReader};
+use dsm_io::deep_exr::{self, DeepExrReader, DeepRows};
+use dsm_io::{AnyDeepMap, Limits, MapReader};
 
 use super::{IMAGES, converted, image, options};
 
@@ -62,7 +63,8 @@ fn assert_within<T: Transmittance>(map: &DeepMap<T>, rows: &DeepRows, bound: f64
 fn maps_answer_the_transmittance_of_their_samples() {
     let folder = tempfile::tempdir().unwrap();
     for name in IMAGES {
-        let mut reader = DeepExrReader::open(&image(name), None, &Limits::default()).unwrap();
+        let mut reader =
+            DeepExrReader::open(&image(name), None, &deep_exr::Limits::default()).unwrap();
         let rows = reader.read_rows(0..reader.header().height).unwrap();
         for (epsilon, bound) in [(0.0, 1e-6), (0.005, 0.005), (0.1, 0.1)] {
             let path = converted(&image(name), folder.path(), &options(epsilon, 5));

@@ -5,23 +5,25 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use dsm_core::{DeepMap, MapInfo, PixelLists, PixelWindow, Rgb, Tolerance};
+use dsm_io::deep_exr::{
+    self, AlphaChannels, ChannelType, Compression, DeepExrReader, Header, Layout, SampleType,
+    Window,
+};
 use dsm_io::{
-    AchievedError, AlphaChannels, Attribute, DeepExrHeader, DeepExrReader, Error,
-    ExportCompression, ExportLayout, ExportOptions, ExportSampleType, ExrAttribute, ExrChannelType,
-    ExrLayout, Limits, MapReader, MapSource, Metadata, WriteOptions, compare, convert,
-    export_deep_exr, write_map,
+    AchievedError, Attribute, Error, ExportOptions, Limits, MapReader, MapSource, Metadata,
+    WriteOptions, compare, convert, export_deep_exr, write_map,
 };
 
 use super::{IMAGES, converted, image, open, options};
 
 /// The image that the documentation uses, seen from beside the others.
-const WITH_CAMERA: &str = "../../../../docs/sample/tuft.exr";
+const WITH_CAMERA: &str = "../../../docs/sample/tuft.exr";
 
-fn header(path: &Path) -> DeepExrHeader {
-    DeepExrReader::open(path, None, &Limits::default()).unwrap().header().clone()
+fn header(path: &Path) -> Header {
+    DeepExrReader::open(path, None, &deep_exr::Limits::default()).unwrap().header().clone()
 }
 
-fn sorted(attributes: &[ExrAttribute]) -> Vec<ExrAttribute> {
+fn sorted(attributes: &[deep_exr::Attribute]) -> Vec<deep_exr::Attribute> {
     let mut attributes = attributes.to_vec();
     attributes.sort_by(|a, b| a.name.cmp(&b.name));
     attributes
@@ -63,10 +65,8 @@ fn windows_cameras_and_attributes_go_back_bit_for_bit() {
 fn light_goes_there_and_back_in_every_form() {
     let folder = tempfile::tempdir().unwrap();
     for name in IMAGES {
-        for layout in [ExportLayout::ScanLines, ExportLayout::Tiles { size: 4 }] {
-            for compression in
-                [ExportCompression::Zips, ExportCompression::Rle, ExportCompression::None]
-            {
+        for layout in [Layout::ScanLines, Layout::Tiles { width: 4, height: 4 }] {
+            for compression in [Compression::Zips, Compression::Rle, Compression::None] {
                 let export = ExportOptions { layout, compression, ..ExportOptions::default() };
                 let output = there_and_back(name, folder.path(), &export);
                 let again = folder.path().join("again.dsm");
@@ -82,35 +82,29 @@ fn light_goes_there_and_back_in_every_form() {
 #[test]
 fn the_header_says_what_was_asked_for() {
     let folder = tempfile::tempdir().unwrap();
-    for (compression, name) in [
-        (ExportCompression::Zips, "ZIPS"),
-        (ExportCompression::Rle, "RLE"),
-        (ExportCompression::None, "NONE"),
-    ] {
-        let layout = ExportLayout::Tiles { size: 3 };
+    for (compression, name) in
+        [(Compression::Zips, "ZIPS"), (Compression::Rle, "RLE"), (Compression::None, "NONE")]
+    {
+        let layout = Layout::Tiles { width: 3, height: 3 };
         let export = ExportOptions {
             layout,
             compression,
-            sample_type: ExportSampleType::Half,
+            sample_type: SampleType::Half,
             ..ExportOptions::default()
         };
         let told = header(&there_and_back("scan_zips_half.exr", folder.path(), &export));
         assert_eq!(told.compression, name);
-        assert_eq!(told.layout, ExrLayout::Tiles { width: 3, height: 3, has_levels: false });
+        assert_eq!(told.layout, Layout::Tiles { width: 3, height: 3 });
         let kinds = |kind| told.channels.iter().filter(|c| c.channel_type == kind).count();
         let halves = if told.alpha == AlphaChannels::Mono { 1 } else { 4 };
-        assert_eq!((kinds(ExrChannelType::Half), kinds(ExrChannelType::Float)), (halves, 2));
+        assert_eq!((kinds(ChannelType::Half), kinds(ChannelType::Float)), (halves, 2));
         let names: Vec<_> = told.channels.iter().map(|channel| channel.name.as_str()).collect();
         assert!(names.contains(&"A") && names.contains(&"ZBack"), "{names:?}");
     }
 }
 
 /// Writes an empty map with these metadata, and exports it.
-fn exported(
-    metadata: Metadata,
-    export: &ExportOptions,
-    folder: &Path,
-) -> (DeepExrHeader, Vec<String>) {
+fn exported(metadata: Metadata, export: &ExportOptions, folder: &Path) -> (Header, Vec<String>) {
     let (input, output) = (folder.join("empty.dsm"), folder.join("empty.exr"));
     let pixels = PixelLists::<Rgb>::clear(metadata.width, metadata.height);
     let map = DeepMap::new(metadata.info, pixels);
@@ -152,10 +146,10 @@ fn attributes_that_say_how_an_image_is_built_are_left_out() {
         "tiles",
     ];
     assert_eq!(left_out, expected);
-    let names: Vec<_> = told.attributes.iter().map(ExrAttribute::name_text).collect();
+    let names: Vec<_> = told.attributes.iter().map(deep_exr::Attribute::name_text).collect();
     assert_eq!(names, [long, "kept"]);
     assert_eq!((told.part_name.as_deref(), told.pixel_aspect), (Some("shadow"), 2.0));
-    assert_eq!(told.layout, ExrLayout::ScanLines);
+    assert_eq!(told.layout, Layout::ScanLines);
     // On request the state is that of the samples, which are tidy.
     let tidy = ExportOptions { deep_image_state: true, ..ExportOptions::default() };
     let (told, _) = exported(metadata, &tidy, folder.path());
@@ -169,7 +163,7 @@ fn attributes_that_say_how_an_image_is_built_are_left_out() {
 #[test]
 fn windows_begin_at_0_where_the_map_knows_none() {
     let folder = tempfile::tempdir().unwrap();
-    let window = PixelWindow { min: [0, 0], max: [2, 1] };
+    let window = Window { min: [0, 0], max: [2, 1] };
     let upside_down = PixelWindow { min: [4, 4], max: [2, 2] };
     for display_window in [None, Some(upside_down)] {
         let info = MapInfo { display_window, ..MapInfo::default() };
@@ -208,7 +202,7 @@ fn what_cannot_be_written_is_refused() {
     let error = refused(&map, &ExportOptions { error, ..ExportOptions::default() });
     assert!(error.contains("at least 1e-6"), "{error}");
     for size in [0, 4097] {
-        let layout = ExportLayout::Tiles { size };
+        let layout = Layout::Tiles { width: size, height: size };
         let error = refused(&map, &ExportOptions { layout, ..ExportOptions::default() });
         assert!(error.contains("1 to 4096"), "{error}");
     }

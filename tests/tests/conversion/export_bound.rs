@@ -6,9 +6,9 @@ use dsm_core::{
     DeepMap, MapInfo, PixelLists, PixelListsBuilder, PixelWindow, Rgb, Tolerance, Transmittance,
     Vertex, VisibilityView,
 };
+use dsm_io::deep_exr::{self, Compression, DeepExrReader, DeepRows, Layout, SampleType, Window};
 use dsm_io::{
-    AchievedError, DeepExrReader, DeepRows, ExportCompression, ExportLayout, ExportOptions,
-    ExportReport, ExportSampleType, Limits, Metadata, WriteOptions, export_deep_exr, write_map,
+    AchievedError, ExportOptions, ExportReport, Metadata, WriteOptions, export_deep_exr, write_map,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -86,15 +86,12 @@ fn pixels<T: Transmittance>() -> impl Strategy<Value = PixelLists<T>> {
 
 fn options() -> impl Strategy<Value = ExportOptions> {
     let layout = prop_oneof![
-        Just(ExportLayout::ScanLines),
-        (1_u32..8).prop_map(|size| ExportLayout::Tiles { size })
+        Just(Layout::ScanLines),
+        (1_u32..8).prop_map(|size| Layout::Tiles { width: size, height: size })
     ];
-    let sample_type = prop_oneof![Just(ExportSampleType::Float), Just(ExportSampleType::Half)];
-    let compression = prop_oneof![
-        Just(ExportCompression::Zips),
-        Just(ExportCompression::Rle),
-        Just(ExportCompression::None)
-    ];
+    let sample_type = prop_oneof![Just(SampleType::Float), Just(SampleType::Half)];
+    let compression =
+        prop_oneof![Just(Compression::Zips), Just(Compression::Rle), Just(Compression::None)];
     let error = prop_oneof![Just(1e-6_f32), Just(1e-5), Just(1e-3), Just(0.2)];
     (layout, sample_type, compression, error).prop_map(|(layout, sample_type, compression, e)| {
         ExportOptions {
@@ -188,8 +185,9 @@ fn export<T: Transmittance>(
     let write = WriteOptions::default().with_tile_size(4);
     write_map(&input, metadata, &map, AchievedError::NONE, write).unwrap();
     let report = export_deep_exr(&mut open(&input), &output, options, |_| ()).unwrap();
-    let reader = DeepExrReader::open(&output, None, &Limits::default()).unwrap();
-    assert_eq!(reader.header().data_window, data_window);
+    let reader = DeepExrReader::open(&output, None, &deep_exr::Limits::default()).unwrap();
+    let Window { min, max } = reader.header().data_window;
+    assert_eq!(PixelWindow { min, max }, data_window);
     (report, reader)
 }
 
@@ -201,8 +199,8 @@ fn check<T: Transmittance>(pixels: &PixelLists<T>, options: &ExportOptions) {
     assert_eq!(reader.header().stated_max_samples, Some(report.max_samples));
     let stated = f64::from(options.error.epsilon());
     let allowed = match options.sample_type {
-        ExportSampleType::Float => stated,
-        ExportSampleType::Half => stated + HALF,
+        SampleType::Float => stated,
+        SampleType::Half => stated + HALF,
     };
     assert!(report.achieved <= allowed, "{} of {allowed}", report.achieved);
     assert_eq!(report.total, report.achieved.max(stated));
@@ -239,7 +237,7 @@ fn one_pixel(vertices: impl IntoIterator<Item = (f32, f32)>) -> PixelLists<f32> 
 fn a_ramp_from_1_to_0_keeps_its_bound_in_few_samples() {
     for (epsilon, most) in [(1e-6, 760), (1e-5, 250), (1e-3, 28), (0.1, 6)] {
         let pixels = one_pixel([(1.0, 1.0), (3.0, 0.0)]);
-        for sample_type in [ExportSampleType::Float, ExportSampleType::Half] {
+        for sample_type in [SampleType::Float, SampleType::Half] {
             let options = ExportOptions {
                 error: Tolerance::new(epsilon).unwrap(),
                 sample_type,
@@ -248,7 +246,7 @@ fn a_ramp_from_1_to_0_keeps_its_bound_in_few_samples() {
             let folder = tempfile::tempdir().unwrap();
             let (report, _) = export(&pixels, &options, folder.path());
             // Half opacities leave ramps half of a small error.
-            let most = if sample_type == ExportSampleType::Half { 3 * most / 2 } else { most };
+            let most = if sample_type == SampleType::Half { 3 * most / 2 } else { most };
             assert!((2..most).contains(&report.max_samples), "{epsilon}: {report:?}");
             check(&pixels, &options);
         }
@@ -263,7 +261,7 @@ fn thousands_of_steps_stay_within_the_error() {
         [(z, share.powi(step.into())), (z, share.powi(i32::from(step) + 1))]
     });
     let pixels = one_pixel(steps);
-    for (sample_type, most) in [(ExportSampleType::Float, 7e-8), (ExportSampleType::Half, 1e-6)] {
+    for (sample_type, most) in [(SampleType::Float, 7e-8), (SampleType::Half, 1e-6)] {
         let options = ExportOptions { sample_type, ..ExportOptions::default() };
         let folder = tempfile::tempdir().unwrap();
         let (report, _) = export(&pixels, &options, folder.path());

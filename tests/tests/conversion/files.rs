@@ -3,10 +3,11 @@
 use std::fs;
 use std::path::Path;
 
-use dsm_core::{MapInfo, PixelListsBuilder, Vertex};
+use dsm_core::{MapInfo, PixelListsBuilder, PixelWindow, Vertex};
+use dsm_io::deep_exr::{self, DeepExrReader, Window};
 use dsm_io::{
-    AchievedError, Attribute, Block, DeepExrReader, Limits, MapReader, MapSource, MapWriter,
-    Metadata, TileId, WriteOptions, compare, convert,
+    AchievedError, Attribute, Block, Limits, MapReader, MapSource, MapWriter, Metadata, TileId,
+    WriteOptions, compare, convert,
 };
 
 use super::{IMAGES, converted, image, open, options};
@@ -81,13 +82,14 @@ fn an_image_that_breaks_off_leaves_the_old_map() {
 fn windows_cameras_and_attributes_are_kept() {
     let folder = tempfile::tempdir().unwrap();
     for name in IMAGES {
-        let reader = DeepExrReader::open(&image(name), None, &Limits::default()).unwrap();
+        let reader = DeepExrReader::open(&image(name), None, &deep_exr::Limits::default()).unwrap();
         let header = reader.header();
         let path = converted(&image(name), folder.path(), &options(0.0, 64));
         let map = MapReader::open(&path, &Limits::default()).unwrap();
         let metadata = map.metadata();
-        assert_eq!(metadata.info.data_window, Some(header.data_window));
-        assert_eq!(metadata.info.display_window, Some(header.display_window));
+        let pixels = |Window { min, max }| Some(PixelWindow { min, max });
+        assert_eq!(metadata.info.data_window, pixels(header.data_window));
+        assert_eq!(metadata.info.display_window, pixels(header.display_window));
         let part_name = metadata.attributes.get("name").and_then(Attribute::as_text);
         assert_eq!(part_name, header.part_name.as_deref());
         let named = usize::from(part_name.is_some());
@@ -98,7 +100,9 @@ fn windows_cameras_and_attributes_are_kept() {
             assert_eq!(kept.bytes(), attribute.value);
         }
         let camera = metadata.info.camera;
-        let columns = |matrix: Option<glam::Mat4>| matrix.map(|matrix| matrix.to_cols_array());
+        let columns = |matrix: Option<glam::DMat4>| {
+            matrix.map(|matrix| matrix.to_cols_array().map(|number| number as f32))
+        };
         // Rows of the file's row-vector matrix are columns of ours.
         assert_eq!(columns(camera.and_then(|c| c.world_to_camera)), header.world_to_camera);
         assert_eq!(columns(camera.and_then(|c| c.world_to_ndc)), header.world_to_ndc);

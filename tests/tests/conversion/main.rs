@@ -28,7 +28,7 @@ const IMAGES: [&str; 9] = [
 ];
 
 fn image(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../dsm-io/tests/data/deep_exr").join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../deep-exr/tests/data").join(name)
 }
 
 fn open(path: &Path) -> MapSource {

@@ -1,0 +1,43 @@
+//! What a part's channels are called, and how they store their values.
+
+/// How a channel stores its values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ChannelType {
+    /// 16-bit floats.
+    Half,
+    /// 32-bit floats.
+    Float,
+    /// 32-bit unsigned integers.
+    Uint,
+}
+
+impl ChannelType {
+    /// 16-bit words of one value.
+    pub(super) fn words(self) -> usize {
+        match self {
+            Self::Half => 1,
+            Self::Float | Self::Uint => 2,
+        }
+    }
+}
+
+/// A channel of the part.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Channel {
+    /// Its name, such as `Z` or `AR`.
+    pub name: String,
+    /// How it stores its values.
+    pub channel_type: ChannelType,
+}
+
+/// Where the opacity of a sample comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AlphaChannels {
+    /// There is no alpha channel: every sample is opaque.
+    None,
+    /// One opacity, from `A`.
+    Mono,
+    /// One opacity per colour, from `AR`, `AG`, `AB` (or `RA`, `GA`, `BA`);
+    /// a colour without its own uses `A`, and is opaque without that.
+    Colour,
+}

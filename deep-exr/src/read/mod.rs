@@ -1,0 +1,13 @@
+//! From the bytes of a file to columns of samples.
+
+mod chunk;
+mod decoder;
+mod deep;
+mod flat;
+pub(crate) mod header;
+mod part;
+mod plan;
+mod readable_part;
+pub(crate) mod reader;
+mod source;
+mod values;

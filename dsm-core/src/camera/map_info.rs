@@ -1,0 +1,32 @@
+//! What a map says of itself.
+
+use serde::{Deserialize, Serialize};
+
+use super::pixel_window::PixelWindow;
+use super::shadow_camera::{DepthKind, ShadowCamera};
+use crate::filter::Filter;
+use crate::light::LightExtent;
+use crate::tolerance::Tolerance;
+
+/// What a map says of itself, besides its pixels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MapInfo {
+    /// Where the map looks from, if known.
+    pub camera: Option<ShadowCamera>,
+    /// What its depths measure.
+    pub depth_kind: DepthKind,
+    /// The bound that every pixel keeps.
+    pub tolerance: Tolerance,
+    /// Samples a pixel, if the map was sampled.
+    pub samples: Option<u32>,
+    /// The pixel filter, if the map was sampled.
+    pub filter: Option<Filter>,
+    /// The pixels of the image plane that the map covers, if it came from an
+    /// image: its pixel (0, 0) is `min`.
+    pub data_window: Option<PixelWindow>,
+    /// The pixels that NDC [0, 1]² covers, if the map came from an image.
+    pub display_window: Option<PixelWindow>,
+    /// The light that the map looks from, if known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub light: Option<LightExtent>,
+}

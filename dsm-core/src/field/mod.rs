@@ -1,0 +1,12 @@
+//! Fields of visibility functions: maps in memory, and lookups in them.
+
+mod block;
+pub(crate) mod filtered;
+pub(crate) mod footprint;
+pub(crate) mod map;
+pub(crate) mod pixel_lists;
+pub(crate) mod pyramid;
+pub(crate) mod receiver;
+pub(crate) mod shadow;
+pub(crate) mod visibility_field;
+mod weights;

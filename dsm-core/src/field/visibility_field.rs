@@ -1,0 +1,108 @@
+//! What a lookup asks: anything that has a visibility function in every pixel.
+
+use std::ops::Range;
+
+use super::pixel_lists::PixelListsView;
+use crate::transmittance::Transmittance;
+
+/// Something that has a visibility function in every pixel: a map in memory,
+/// the tiles of a file, a layered map's first run.
+pub trait VisibilityField {
+    /// Mono or coloured.
+    type Value: Transmittance;
+    /// Why a pixel can't be had; [`std::convert::Infallible`] in memory.
+    type Error;
+
+    /// Width and height in pixels.
+    fn size(&self) -> [u32; 2];
+
+    /// V(`depth`) of `pixel`, which lies inside the field.
+    ///
+    /// # Errors
+    ///
+    /// If the pixel can't be read.
+    fn evaluate(&self, pixel: [u32; 2], depth: f32) -> Result<Self::Value, Self::Error>;
+
+    /// Asks `visitor` for the depth of each pixel of its block, row by row
+    /// from left to right, and hands it the values. A field that keeps
+    /// neighbours together overrides this to find them once; the values are
+    /// those of [`Self::evaluate`].
+    ///
+    /// # Errors
+    ///
+    /// The first error of [`Self::evaluate`]; the visitor was handed what
+    /// came before.
+    #[inline(always)]
+    fn evaluate_block(
+        &self,
+        visitor: &mut impl BlockVisitor<Self::Value>,
+    ) -> Result<(), Self::Error> {
+        let [_, rows] = visitor.bounds();
+        for row in rows {
+            for column in visitor.columns(row) {
+                if let Some(depth) = visitor.depth(column) {
+                    visitor.take(self.evaluate([column, row], depth)?);
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<F: VisibilityField> VisibilityField for &F {
+    type Value = F::Value;
+    type Error = F::Error;
+
+    fn size(&self) -> [u32; 2] {
+        (**self).size()
+    }
+
+    #[inline(always)]
+    fn evaluate(&self, pixel: [u32; 2], depth: f32) -> Result<F::Value, F::Error> {
+        (**self).evaluate(pixel, depth)
+    }
+
+    #[inline(always)]
+    fn evaluate_block(&self, visitor: &mut impl BlockVisitor<F::Value>) -> Result<(), F::Error> {
+        (**self).evaluate_block(visitor)
+    }
+}
+
+/// Says which pixels of a block are asked at which depths, and gets their
+/// values.
+pub trait BlockVisitor<T> {
+    /// The columns and rows that hold the whole block, all inside the field.
+    fn bounds(&self) -> [Range<u32>; 2];
+
+    /// Begins a row of the block: its columns, which lie within the bounds.
+    fn columns(&mut self, row: u32) -> Range<u32>;
+
+    /// The depth at which the pixel in `column` of the row that was begun
+    /// last is asked; `None` passes it over.
+    fn depth(&mut self, column: u32) -> Option<f32>;
+
+    /// The value of the pixel whose depth was asked for last.
+    fn take(&mut self, value: T);
+
+    /// Asks for the depths of `columns` of the row that was begun last, and
+    /// takes what the functions of `pixels`, from the row-major index `first`
+    /// on, have there. Tells how many pixels were asked.
+    ///
+    /// # Panics
+    ///
+    /// If the run does not lie within `pixels`.
+    #[inline(always)]
+    fn take_run(&mut self, columns: Range<u32>, pixels: PixelListsView<'_, T>, first: usize) -> u64
+    where
+        T: Transmittance,
+    {
+        let mut asked = 0;
+        for (column, pixel) in columns.zip(first..) {
+            if let Some(depth) = self.depth(column) {
+                self.take(pixels.function(pixel).at(depth));
+                asked += 1;
+            }
+        }
+        asked
+    }
+}

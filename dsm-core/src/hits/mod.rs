@@ -1,0 +1,7 @@
+//! What rays meet, and where they are asked for.
+
+pub(crate) mod hit;
+pub(crate) mod hit_source;
+pub(crate) mod sampling;
+pub(crate) mod tile_hits;
+pub(crate) mod tile_samples;

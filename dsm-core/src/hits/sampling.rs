@@ -1,0 +1,255 @@
+//! Where and when a pixel is sampled (Lokovic & Veach 2000, §3.2 and §5.5).
+
+use crate::error::{Error, Result};
+use crate::random::{WEYL, mix};
+
+/// Bits of a random number that place a sample in its stratum.
+const JITTER_BITS: u32 = 20;
+
+/// How many samples a pixel has, and where they lie: one in each of as many
+/// strata of equal area, at a random place, and one in each of as many strata
+/// of the shutter's time, at a random time.
+///
+/// The strata are cells in rows. A square number of samples makes a square
+/// grid; of any other number some rows hold one cell more and are taller for
+/// it. Which sample has which stratum of time is random, so that no direction
+/// of movement meets a pattern.
+///
+/// All is hashed from the seed and the pixel alone: a pixel's samples are the
+/// same whoever asks for them, in whatever tile, crop or order.
+///
+/// ```
+/// use dsm_core::{PixelSampling, TileSamples};
+///
+/// let sampling = PixelSampling::new(5, 1)?;
+/// let both = TileSamples::new(&sampling, [-1, 7], [2, 1], None)?;
+/// let right = TileSamples::new(&sampling, [0, 7], [1, 1], None)?;
+/// assert!(both.points().skip(5).eq(right.points()));
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct PixelSampling {
+    seed: u64,
+    jittered: bool,
+    cells: Vec<Cell>,
+}
+
+/// A stratum of the unit square.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Cell {
+    min: [f64; 2],
+    size: [f64; 2],
+}
+
+impl PixelSampling {
+    /// The most samples that a pixel may have.
+    pub const MAX_SAMPLES: u32 = 4096;
+
+    /// `samples` jittered samples a pixel.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Setting`] unless there are 1 to [`Self::MAX_SAMPLES`].
+    pub fn new(samples: u32, seed: u64) -> Result<Self> {
+        if !(1..=Self::MAX_SAMPLES).contains(&samples) {
+            let reason = "there must be 1 to 4096 a pixel";
+            return Err(Error::Setting { setting: "samples", reason });
+        }
+        let rows = f64::from(samples).sqrt().round() as u32;
+        let total = f64::from(samples);
+        // Row r holds the cells from samples · r / rows on.
+        let first = |row: u32| samples * row / rows;
+        let cells = (0..rows).flat_map(|row| {
+            let (start, end) = (first(row), first(row + 1));
+            (start..end).map(move |index| {
+                let width = f64::from(end - start).recip();
+                Cell {
+                    min: [f64::from(index - start) * width, f64::from(start) / total],
+                    size: [width, f64::from(end - start) / total],
+                }
+            })
+        });
+        Ok(Self { seed, jittered: true, cells: cells.collect() })
+    }
+
+    /// One sample a pixel, through its centre when the shutter is half way.
+    #[must_use]
+    pub fn centre() -> Self {
+        Self { seed: 0, jittered: false, cells: vec![Cell { min: [0.5; 2], size: [0.0; 2] }] }
+    }
+
+    /// `side` × `side` samples a pixel, row by row through the centres of equal
+    /// squares, when the shutter is half way: what coverage masks are made of.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Setting`] unless there are 1 to [`Self::MAX_SAMPLES`].
+    ///
+    /// ```
+    /// use dsm_core::{PixelSampling, TileSamples};
+    ///
+    /// let samples = TileSamples::new(&PixelSampling::grid(2)?, [3, 0], [1, 1], None)?;
+    /// assert_eq!(samples.x(), [3.25, 3.75, 3.25, 3.75]);
+    /// assert_eq!(samples.y(), [0.25, 0.25, 0.75, 0.75]);
+    /// # Ok::<(), dsm_core::Error>(())
+    /// ```
+    pub fn grid(side: u32) -> Result<Self> {
+        let samples = side.saturating_mul(side);
+        if !(1..=Self::MAX_SAMPLES).contains(&samples) {
+            let reason = "there must be 1 to 4096 a pixel";
+            return Err(Error::Setting { setting: "samples", reason });
+        }
+        let centre = |index: u32| (f64::from(index) + 0.5) / f64::from(side);
+        let cells = (0..samples)
+            .map(|index| Cell { min: [centre(index % side), centre(index / side)], size: [0.0; 2] })
+            .collect();
+        Ok(Self { seed: 0, jittered: false, cells })
+    }
+
+    /// Samples a pixel.
+    #[must_use]
+    pub fn samples_per_pixel(&self) -> u32 {
+        // At most MAX_SAMPLES.
+        self.cells.len() as u32
+    }
+
+    /// Hands the samples of `pixel` to `sink`: x and y in (0, 1) within the
+    /// pixel, and the time in [0, 1). `order` is scratch memory.
+    pub(crate) fn sample(
+        &self,
+        pixel: [i32; 2],
+        order: &mut Vec<u32>,
+        mut sink: impl FnMut(f64, f64, f32),
+    ) {
+        if !self.jittered {
+            self.cells.iter().for_each(|cell| sink(cell.min[0], cell.min[1], 0.5));
+            return;
+        }
+        let [x, y] = pixel.map(|coordinate| u64::from(coordinate as u32));
+        let place = mix(mix(self.seed) ^ (y << 32 | x));
+        let shutter = mix(place);
+        shuffle(self.samples_per_pixel(), shutter, order);
+        let per_sample = (self.cells.len() as f64).recip();
+        for ((index, cell), &stratum) in (1_u64..).zip(&self.cells).zip(&*order) {
+            let bits = mix(place.wrapping_add(index.wrapping_mul(WEYL)));
+            let [x, y] = [0, 1].map(|axis| {
+                cell.min[axis] + cell.size[axis] * jitter(bits >> (axis as u32 * JITTER_BITS))
+            });
+            let time = (f64::from(stratum) + jitter(bits >> (2 * JITTER_BITS))) * per_sample;
+            sink(x, y, time as f32);
+        }
+    }
+}
+
+/// A number in (0, 1) from the lowest bits: never an end, so that no sample
+/// lies on the border of two pixels.
+fn jitter(bits: u64) -> f64 {
+    let steps = f64::from(1_u32 << JITTER_BITS);
+    ((bits & ((1 << JITTER_BITS) - 1)) as f64 + 0.5) / steps
+}
+
+/// The numbers below `count` in random order.
+fn shuffle(count: u32, seed: u64, order: &mut Vec<u32>) {
+    order.clear();
+    order.extend(0..count);
+    for index in (1..count).rev() {
+        let bits = mix(seed.wrapping_add(u64::from(index).wrapping_mul(WEYL)));
+        let other = ((bits >> 32) * u64::from(index + 1)) >> 32;
+        order.swap(index as usize, other as usize);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn samples(sampling: &PixelSampling, pixel: [i32; 2]) -> Vec<(f64, f64, f32)> {
+        let mut samples = Vec::new();
+        sampling.sample(pixel, &mut Vec::new(), |x, y, time| samples.push((x, y, time)));
+        samples
+    }
+
+    #[test]
+    fn every_stratum_holds_one_sample() {
+        for count in [1_u32, 2, 3, 5, 7, 16, 24, 250, 256, 1000, 4096] {
+            let sampling = PixelSampling::new(count, 3).unwrap();
+            let samples = samples(&sampling, [4, -9]);
+            assert_eq!(samples.len() as u32, sampling.samples_per_pixel());
+            let area: f64 = sampling.cells.iter().map(|cell| cell.size[0] * cell.size[1]).sum();
+            assert!((area - 1.0).abs() < 1e-12);
+            for (cell, &(x, y, _)) in sampling.cells.iter().zip(&samples) {
+                assert!((cell.size[0] * cell.size[1] * f64::from(count) - 1.0).abs() < 1e-12);
+                assert!((0.33..3.01).contains(&(cell.size[0] / cell.size[1])));
+                for (axis, place) in [x, y].into_iter().enumerate() {
+                    assert!(place > 0.0 && place < 1.0);
+                    assert!(place > cell.min[axis] && place < cell.min[axis] + cell.size[axis]);
+                }
+            }
+            let mut times: Vec<f32> = samples.iter().map(|&(.., time)| time).collect();
+            times.sort_by(f32::total_cmp);
+            for (stratum, time) in times.into_iter().enumerate() {
+                assert_eq!((f64::from(time) * f64::from(count)) as usize, stratum);
+            }
+        }
+    }
+
+    #[test]
+    fn square_numbers_make_square_grids() {
+        let sampling = PixelSampling::new(16, 0).unwrap();
+        assert!(sampling.cells.iter().all(|cell| cell.size == [0.25, 0.25]));
+        assert_eq!(sampling.cells[6].min, [0.5, 0.25]);
+    }
+
+    #[test]
+    fn seed_and_pixel_alone_decide() {
+        let [one, other] = [1, 2].map(|seed| PixelSampling::new(4, seed).unwrap());
+        assert_eq!(samples(&one, [3, 5]), samples(&one, [3, 5]));
+        assert_ne!(samples(&one, [3, 5]), samples(&one, [5, 3]));
+        assert_ne!(samples(&one, [3, 5]), samples(&one, [3, -5]));
+        assert_ne!(samples(&one, [3, 5]), samples(&other, [3, 5]));
+    }
+
+    #[test]
+    fn samples_are_uniform_and_independent() {
+        let sampling = PixelSampling::new(1, 7).unwrap();
+        let count = 100_000;
+        let mut sums = [0.0; 6];
+        for pixel in 0..count {
+            let (x, y, time) = samples(&sampling, [pixel % 317, pixel / 317])[0];
+            let values = [x - 0.5, y - 0.5, f64::from(time) - 0.5];
+            for (axis, value) in values.into_iter().enumerate() {
+                sums[axis] += value;
+                sums[axis + 3] += value * values[(axis + 1) % 3];
+            }
+        }
+        // Four standard deviations.
+        let root = f64::from(count).sqrt();
+        assert!(sums[..3].iter().all(|sum| sum.abs() < 4.0 * root / 12.0_f64.sqrt()), "{sums:?}");
+        assert!(sums[3..].iter().all(|sum| sum.abs() < 4.0 * root / 12.0), "{sums:?}");
+    }
+
+    #[test]
+    fn times_do_not_follow_places() {
+        let sampling = PixelSampling::new(16, 2).unwrap();
+        let pixels = 2000;
+        let mut times = [0.0; 16];
+        for pixel in 0..pixels {
+            for (sum, (.., time)) in times.iter_mut().zip(samples(&sampling, [pixel, 7])) {
+                *sum += f64::from(time) / f64::from(pixels);
+            }
+        }
+        // Five standard deviations.
+        let bound = 5.0 / (12.0 * f64::from(pixels)).sqrt();
+        assert!(times.iter().all(|mean| (mean - 0.5).abs() < bound), "{times:?}");
+    }
+
+    #[test]
+    fn neither_none_nor_too_many() {
+        assert!(PixelSampling::new(0, 0).is_err());
+        assert!(PixelSampling::new(4097, 0).is_err());
+        assert!(PixelSampling::grid(0).is_err());
+        assert!(PixelSampling::grid(65).is_err());
+        assert!(PixelSampling::grid(1 << 16).is_err());
+        assert_eq!(samples(&PixelSampling::centre(), [1, 2]), [(0.5, 0.5, 0.5)]);
+    }
+}

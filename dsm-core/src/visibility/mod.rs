@@ -1,0 +1,12 @@
+//! Visibility functions: their vertices, their evaluation, and what two of them
+//! make together.
+
+pub(crate) mod difference;
+pub(crate) mod function;
+mod moved_depths;
+pub(crate) mod polyline;
+pub(crate) mod product;
+pub(crate) mod search;
+pub(crate) mod vertex;
+pub(crate) mod vertex_writer;
+pub(crate) mod walk;
