@@ -53,12 +53,15 @@ impl BakeOptions {
     }
 }
 
-/// What a bake made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What a bake of a map of any kind made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BakeReport {
     /// Hits of all samples, of those on the borders of tiles that a wide
     /// filter asks for again too.
     pub hits: u64,
+    /// Pixels of which layers were left out, because they had too many: of kinds
+    /// that bound them.
+    pub cut_pixels: u64,
     /// Length of the file in bytes.
     pub bytes: u64,
 }
@@ -140,7 +143,7 @@ where
             source.hits.into_inner()
         }
     };
-    Ok(BakeReport { hits, bytes: writer.finish()? })
+    Ok(BakeReport { hits, cut_pixels: 0, bytes: writer.finish()? })
 }
 
 /// Bakes level 0 tile by tile; the number of hits.

@@ -20,6 +20,7 @@ mod convert;
 mod crop;
 mod error;
 mod format;
+mod kind;
 mod limits;
 mod measured_pixels;
 mod merge;
@@ -58,12 +59,16 @@ pub use format::level::Level;
 pub use format::section::SectionKind;
 pub use format::tile_id::{TileId, TileRect};
 pub use format::write::ContainerWriter;
+pub use kind::{
+    Deep, DeepKeys, ErasedMap, FieldKind, KindReader, KindWriter, Kinds, MapKind, MapSummary,
+    MapTile, PixelContents, PixelValue, StoredTile, SummaryValue,
+};
 pub use limits::Limits;
 pub use merge::{MergeReport, merge};
 pub use metadata::Metadata;
 pub use pyramid::{PixelFunctions, PyramidOptions, PyramidSource, SourceTile, build_pyramid, mip};
 pub use reader::MapReader;
-pub use row_order::{PixelBlock, RowOrder};
+pub use row_order::RowOrder;
 pub use source::{MappedFile, Memory, Source};
 pub use tile::Tile;
 pub use writer::{MapWriter, WriteOptions, write_map};

@@ -12,6 +12,16 @@ pub enum Tile<'a, T> {
 }
 
 impl<T: dsm_core::Transmittance> Tile<'_, T> {
+    /// The tile's pixels in memory of their own: a copy of those that lie in the
+    /// file.
+    #[must_use]
+    pub fn into_lists(self) -> PixelLists<T> {
+        match self {
+            Self::Borrowed(pixels) => pixels.to_lists(),
+            Self::Owned(pixels) => pixels,
+        }
+    }
+
     /// The tile's pixels.
     #[must_use]
     pub fn view(&self) -> PixelListsView<'_, T> {

@@ -6,11 +6,10 @@ use dsm_core::{DeepMap, PixelListsView, Transmittance};
 
 use crate::codec::{Block, Codec, EncodedTile};
 use crate::columns::Columns;
-use crate::error::check_limit;
 use crate::format::level::Level;
 use crate::format::tile_id::TileId;
-use crate::format::write::ContainerWriter;
-use crate::{AchievedError, Crop, Error, Limits, Metadata, Result};
+use crate::kind::{Deep, DeepKeys, KindWriter};
+use crate::{AchievedError, Crop, Error, Metadata, Result};
 
 /// How a map is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,6 +34,12 @@ impl WriteOptions {
     #[must_use]
     pub const fn with_tile_size(self, tile_size: u32) -> Self {
         Self { tile_size, ..self }
+    }
+
+    /// The same with columns encoded as `codec`.
+    #[must_use]
+    pub const fn with_codec(self, codec: Codec) -> Self {
+        Self { codec, ..self }
     }
 
     /// The same with tiles packed as `block`.
@@ -82,10 +87,7 @@ impl WriteOptions {
 /// ```
 #[derive(Debug)]
 pub struct MapWriter {
-    container: ContainerWriter,
-    metadata: Metadata,
-    json: Vec<u8>,
-    options: WriteOptions,
+    file: KindWriter<Deep>,
     is_crop: bool,
 }
 
@@ -152,17 +154,13 @@ impl MapWriter {
     }
 
     fn start(path: &Path, metadata: Metadata, level: Level, options: WriteOptions) -> Result<Self> {
-        let json = metadata.to_json()?;
-        let limit = Limits::default().max_header_bytes;
-        check_limit("bytes of metadata", json.len() as u64, limit)?;
         if let Some(rule) = level.broken_rule() {
             return Err(Error::caller(rule));
         }
         let whole = [metadata.width, metadata.height];
         let is_crop = Crop::of_level(&level, whole).map_err(Error::caller)?.is_some();
-        let mut container = ContainerWriter::create(path)?;
-        container.add_level(level)?;
-        Ok(Self { container, metadata, json, options, is_crop })
+        let file = KindWriter::start(path, metadata, &DeepKeys {}, level, options)?;
+        Ok(Self { file, is_crop })
     }
 
     /// Adds a level, such as the next of a pyramid, and returns its index.
@@ -175,24 +173,25 @@ impl MapWriter {
         if self.is_crop {
             return Err(Error::caller("a part of a map has one level"));
         }
-        self.container.add_level(level)
+        self.file.add_level(level)
     }
 
     /// The metadata, of a crop the whole map's.
     #[must_use]
     pub const fn metadata(&self) -> &Metadata {
-        &self.metadata
+        self.file.metadata()
     }
 
     /// The levels added so far.
     #[must_use]
     pub fn levels(&self) -> &[Level] {
-        self.container.levels()
+        self.file.levels()
     }
 
     /// How the map's tiles are encoded and packed.
     pub(crate) const fn encoding(&self) -> (Codec, Block) {
-        (self.options.codec, self.options.block)
+        let options = self.file.options();
+        (options.codec, options.block)
     }
 
     /// Encodes and writes a tile; see [`Self::write_encoded`].
@@ -208,24 +207,9 @@ impl MapWriter {
         pixels: PixelListsView<'_, T>,
         error: AchievedError,
     ) -> Result<()> {
-        let (channels, asked) = (self.metadata.channels, T::CHANNELS as u8);
-        if channels != asked {
-            return Err(Error::Channels { channels, asked });
-        }
-        let level = self.levels().get(id.level as usize);
-        let rect = level.and_then(|level| level.tile_rect(id.x, id.y));
-        let rect = rect.ok_or(Error::NoSuchTile(id))?;
-        if [pixels.width(), pixels.height()] != [rect.width, rect.height] {
-            return Err(Error::caller(format!(
-                "{id} has {} × {} pixels, not {} × {}",
-                rect.width,
-                rect.height,
-                pixels.width(),
-                pixels.height()
-            )));
-        }
-        let tile = EncodedTile::encode(pixels, self.options.codec, self.options.block)?;
-        self.write_encoded(id, &tile, error)
+        self.file.check_tile::<T>(id, [pixels.width(), pixels.height()])?;
+        let (codec, block) = self.encoding();
+        self.write_encoded(id, &EncodedTile::encode(pixels, codec, block)?, error)
     }
 
     /// Writes a tile that was encoded before, by any thread. Tiles come in
@@ -246,7 +230,7 @@ impl MapWriter {
         tile: &EncodedTile,
         error: AchievedError,
     ) -> Result<()> {
-        self.container.write_tile(id, tile, error)
+        self.file.write_encoded(id, tile, error)
     }
 
     /// Writes what is missing and puts the file in its place, safe on the
@@ -257,7 +241,7 @@ impl MapWriter {
     /// [`Error::File`] if the file cannot be written or moved into place;
     /// what had its name stays then.
     pub fn finish(self) -> Result<u64> {
-        self.container.finish(&self.json)
+        self.file.finish()
     }
 }
 

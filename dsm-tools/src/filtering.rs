@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result, bail};
 use dsm_core::{Footprint, LevelChoice, Pyramid, ShadowLookup, Transmittance, VisibilityField};
-use dsm_io::{CachedMap, CursorPool};
+use dsm_io::{CachedMap, CursorPool, FieldKind};
 
 /// Bytes of tiles that are kept at hand: the tiles of large maps come and go,
 /// and small ones stay whole.
@@ -12,7 +12,9 @@ pub(crate) const TILE_BYTES: u64 = 1 << 30;
 const MOST_PIXELS: u64 = 1 << 26;
 
 /// How points of the world are looked up in the map.
-pub(crate) fn shadow_lookup<T: Transmittance>(map: &CachedMap<T>) -> Result<ShadowLookup> {
+pub(crate) fn shadow_lookup<T: Transmittance, K: FieldKind>(
+    map: &CachedMap<T, K>,
+) -> Result<ShadowLookup> {
     let metadata = map.reader().metadata();
     let known = metadata.info.camera.map(|_| ());
     known.context("the map has no camera to project points of the world with")?;
@@ -21,11 +23,11 @@ pub(crate) fn shadow_lookup<T: Transmittance>(map: &CachedMap<T>) -> Result<Shad
 
 /// Cursors over the map, once it is known that it has the level and that the
 /// filter reaches no more pixels of it than a lookup may visit.
-pub(crate) fn cursors<T: Transmittance>(
-    map: CachedMap<T>,
+pub(crate) fn cursors<T: Transmittance, K: FieldKind>(
+    map: CachedMap<T, K>,
     footprint: &Footprint,
     level: LevelChoice,
-) -> Result<CursorPool<T>> {
+) -> Result<CursorPool<T, K>> {
     let cursors = CursorPool::new(map, level)?;
     cursors.with_pyramid(|pyramid| check(pyramid, footprint, level))?;
     Ok(cursors)

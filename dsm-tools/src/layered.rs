@@ -1,28 +1,19 @@
 //! Layered maps of any kind and number of channels, as far as commands share
 //! them.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
 use dsm_core::{AreaLight, LightExtent, LightShape, LightVisibility, Transmittance};
-use dsm_io::{Container, Limits};
+use dsm_io::{ErasedMap, MapKind, TileCache};
 use dsm_trace::{LightFrame, TraceStatistics};
 use mtsm::{
-    FilteredLayers, LayeredKind, LayeredReader, LeafRule, MultilayerTracer, SoftPercentageCloser,
+    CachedLayers, FilteredLayers, Layers, LeafRule, Mtsm, MultilayerTracer, SoftPercentageCloser,
     TraceSettings, TracedMap,
 };
-use shadow_maps::fragments::FragmentTracer;
+use shadow_maps::fragments::{FragmentMap, FragmentTracer, Fragments};
 
-/// The layered map in a file; none if it is of another kind.
-pub(crate) fn open(path: &Path) -> Result<Option<LayeredReader>> {
-    let limits = Limits::default();
-    let container = Container::open(path, &limits)?;
-    if LayeredKind::from_name(&container.kind()?).is_none() {
-        return Ok(None);
-    }
-    Ok(Some(LayeredReader::new(container, &limits)?))
-}
+use crate::{filtering, kinds};
 
 /// How soft shadows are made of a layered map.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,7 +64,9 @@ pub(crate) trait AreaVisitor {
 }
 
 /// Soft shadows of a layered map.
-pub(crate) trait AreaShadow: LightVisibility<Error = std::convert::Infallible> {
+pub(crate) trait AreaShadow:
+    LightVisibility<Error: std::error::Error + Send + Sync + 'static>
+{
     /// The light's frame.
     fn frame(&self) -> &dsm_trace::LightFrame;
 
@@ -121,52 +114,66 @@ impl<M: TracedMap> AreaShadow for SoftPercentageCloser<M> {
     }
 }
 
-/// Reads a layered map whole and hands its soft shadows to `visitor`.
+/// Hands the soft shadows of a layered map to `visitor`: tiles of layers are read
+/// when rays need them, maps of fragments whole.
 pub(crate) fn with_shadow<V: AreaVisitor>(
-    reader: &LayeredReader,
+    map: Box<dyn ErasedMap>,
     method: AreaMethod,
     visitor: V,
 ) -> Result<V::Output> {
-    if reader.metadata().channels == 1 {
-        with_channels::<f32, V>(reader, method, visitor)
+    if map.metadata().channels == 1 {
+        with_channels::<f32, V>(map, method, visitor)
     } else {
-        with_channels::<dsm_core::Rgb, V>(reader, method, visitor)
+        with_channels::<dsm_core::Rgb, V>(map, method, visitor)
     }
 }
 
 fn with_channels<T: Transmittance, V: AreaVisitor>(
-    reader: &LayeredReader,
+    map: Box<dyn ErasedMap>,
     method: AreaMethod,
     visitor: V,
 ) -> Result<V::Output> {
-    let path = reader.container().path().unwrap_or(Path::new("")).display().to_string();
-    match reader.kind() {
-        LayeredKind::Mtsm => with_map(reader.multilayer_map::<T>()?, method, visitor, &path),
-        LayeredKind::Layers => {
-            with_map(reader.multilayer_depth_map::<T>()?, method, visitor, &path)
+    let path = kinds::name(&*map);
+    let cache = TileCache::new(filtering::TILE_BYTES);
+    match map.kind() {
+        Mtsm::NAME => {
+            let map = CachedLayers::new(cache.insert::<T, Mtsm>(map.downcast()?)?);
+            with_map(map, method, visitor, &path)
         }
-        LayeredKind::Fragments => {
-            let AreaMethod::Trace { rays, start, layers } = method else {
-                bail!("{path}: fragments are traced; maps of kind layers or mtsm can be filtered");
-            };
-            if layers.is_given() {
-                bail!(
-                    "{path}: fragments have planes; --rule and --z-threshold are for maps of kind \
-                     mtsm or layers"
-                );
-            }
-            let map = reader.fragment_map::<T>()?;
-            let light = visitor.light(map.frame())?;
-            // Before the rest is set, so that map and light alone decide.
-            let tracer = FragmentTracer::new(map).with_context(|| path.clone())?;
-            let tracer = tracer.for_light(&light).with_rays(rays);
-            visitor.visit(&match start {
-                Some(start) => tracer.with_start(start, start),
-                None => tracer,
-            })
+        Layers::NAME => {
+            let map = CachedLayers::new(cache.insert::<T, Layers>(map.downcast()?)?);
+            with_map(map, method, visitor, &path)
         }
-        _ => bail!("{path}: maps of kind {} cannot be traced", reader.kind().name()),
+        Fragments::NAME => {
+            with_fragments(FragmentMap::<T>::read(&map.downcast()?)?, method, visitor, &path)
+        }
+        kind => bail!("{path}: maps of kind {kind} have no layers to trace"),
     }
+}
+
+fn with_fragments<T: Transmittance, V: AreaVisitor>(
+    map: FragmentMap<T>,
+    method: AreaMethod,
+    visitor: V,
+    path: &str,
+) -> Result<V::Output> {
+    let AreaMethod::Trace { rays, start, layers } = method else {
+        bail!("{path}: fragments are traced; maps of kind layers or mtsm can be filtered");
+    };
+    if layers.is_given() {
+        bail!(
+            "{path}: fragments have planes; --rule and --z-threshold are for maps of kind mtsm or \
+             layers"
+        );
+    }
+    let light = visitor.light(map.frame())?;
+    // Before the rest is set, so that map and light alone decide.
+    let tracer = FragmentTracer::new(map).with_context(|| path.to_owned())?;
+    let tracer = tracer.for_light(&light).with_rays(rays);
+    visitor.visit(&match start {
+        Some(start) => tracer.with_start(start, start),
+        None => tracer,
+    })
 }
 
 fn with_map<M: TracedMap, V: AreaVisitor>(
@@ -191,20 +198,19 @@ fn with_map<M: TracedMap, V: AreaVisitor>(
         }
         AreaMethod::Pcf { taps, bias } => {
             let filter = SoftPercentageCloser::new(Arc::new(map), FilteredLayers::All)
-                .and_then(|filter| filter.with_taps(taps))
-                .and_then(|filter| match bias {
-                    Some(bias) => filter.with_bias(bias),
-                    None => Ok(filter.with_pixel_bias()),
-                })
-                .with_context(|| path.to_owned())?;
-            visitor.visit(&filter)
+                .with_context(|| path.to_owned())?
+                .with_taps(taps)?;
+            visitor.visit(&match bias {
+                Some(bias) => filter.with_bias(bias)?,
+                None => filter.with_pixel_bias(),
+            })
         }
     }
 }
 
 /// The light of a map with another size, if one is given.
-pub(crate) fn light_extent(reader: &LayeredReader, size: Option<[f32; 2]>) -> Result<LightExtent> {
-    let known = reader.metadata().info.light;
+pub(crate) fn light_extent(map: &dyn ErasedMap, size: Option<[f32; 2]>) -> Result<LightExtent> {
+    let known = map.metadata().info.light;
     let Some(size) = size else {
         return known.context("the map does not say what its light is: --light-size does");
     };

@@ -4,6 +4,7 @@ mod args;
 mod cmd;
 mod filtering;
 mod interrupt;
+mod kinds;
 mod layered;
 mod output;
 mod parallel;

@@ -8,15 +8,19 @@
 //! Shadow Maps*, EGSR 2007, §4.3 and §6.1). [`LightMean`] averages rays over the
 //! samples of an area light.
 
+mod layering;
 mod light_frame;
 mod light_mean;
+mod min_max_builder;
 mod min_max_pyramid;
 mod shadow_ray;
 mod statistics;
 mod walk;
 
+pub use layering::Layering;
 pub use light_frame::LightFrame;
 pub use light_mean::LightMean;
+pub use min_max_builder::MinMaxBuilder;
 pub use min_max_pyramid::MinMaxPyramid;
 pub use shadow_ray::{RayClip, ShadowRay};
 pub use statistics::{TraceCounters, TraceStatistics};

@@ -6,7 +6,7 @@ use clap::builder::RangedU64ValueParser;
 use clap::{Args, ValueEnum};
 use dsm_core::{BakeSettings, Filter, FilterShape, PixelSampling, Quantization, Tolerance};
 use dsm_io::{BakeOptions, PyramidOptions};
-use mtsm::{LayeredKind, MultilayerSettings};
+use mtsm::MultilayerSettings;
 
 use super::values::{self, Effort};
 
@@ -90,8 +90,9 @@ pub(crate) struct BakeFlags {
     quiet: bool,
 }
 
+/// The kinds of maps that can be baked.
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
-enum KindName {
+pub(crate) enum KindName {
     /// Deep shadow maps
     Deep,
     /// Maps of fragments: pieces of planes with coverage masks
@@ -136,7 +137,7 @@ pub(crate) struct Bake {
 /// What kind of layered map, and of how many layers.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LayersRequest {
-    pub(crate) kind: LayeredKind,
+    pub(crate) kind: KindName,
     pub(crate) max_layers: u32,
     pub(crate) resets: u32,
     /// Places along a side of a pixel, of fragments.
@@ -147,7 +148,7 @@ impl LayersRequest {
     /// Samples that each of the settings' samples stands for.
     pub(crate) const fn samples(&self) -> u32 {
         match self.kind {
-            LayeredKind::Fragments => self.coverage * self.coverage,
+            KindName::Fragments => self.coverage * self.coverage,
             _ => 1,
         }
     }
@@ -165,7 +166,7 @@ impl BakeFlags {
     /// What a layered map is asked for; none for a deep one.
     fn layers(&self) -> Result<Option<LayersRequest>, String> {
         let refuse = |switch, kinds| Err(format!("{switch} is for maps of kind {kinds}"));
-        let kind = match self.kind {
+        match self.kind {
             KindName::Deep if self.layers.is_some() => {
                 return refuse("--layers", "fragments, layers or mtsm");
             }
@@ -181,21 +182,20 @@ impl BakeFlags {
             _ if self.codec == values::CodecName::Quantized => {
                 return refuse("--codec quantized", "deep");
             }
-            KindName::Mtsm => LayeredKind::Mtsm,
+            KindName::Mtsm => {}
             _ if self.tolerance.0.is_some() => return refuse("--tolerance", "deep or mtsm"),
             KindName::Fragments if self.samples.is_some() => {
                 return Err("fragments are sampled at --coverage places, not --samples".to_owned());
             }
-            KindName::Fragments => LayeredKind::Fragments,
             KindName::Layers if self.samples.is_some_and(|samples| samples != 1) => {
                 return Err("a map of kind layers has one sample a pixel".to_owned());
             }
-            KindName::Layers => LayeredKind::Layers,
-        };
+            KindName::Fragments | KindName::Layers => {}
+        }
         let max_layers = self.layers.unwrap_or(MultilayerSettings::MAX_LAYERS);
         let resets = self.resets.unwrap_or(MultilayerSettings::RESETS);
         let coverage = self.coverage.unwrap_or(8);
-        Ok(Some(LayersRequest { kind, max_layers, resets, coverage }))
+        Ok(Some(LayersRequest { kind: self.kind, max_layers, resets, coverage }))
     }
 }
 
@@ -222,7 +222,7 @@ impl TryFrom<BakeFlags> for Bake {
         settings.tolerance = flags.tolerance.0;
         if let (Some(layers), None) = (layers, settings.tolerance) {
             // Surfaces are kept as they are.
-            let is_mtsm = layers.kind == LayeredKind::Mtsm;
+            let is_mtsm = layers.kind == KindName::Mtsm;
             let epsilon = if is_mtsm { MultilayerSettings::TOLERANCE } else { 0.0 };
             settings.tolerance = Some(Tolerance::new(epsilon).map_err(text)?);
         }

@@ -29,7 +29,7 @@ pub(crate) struct LookupFlags {
     #[arg(long, value_enum, default_value_t = Space::World)]
     space: Space,
     /// How the light is found: by filtering (of a map of kind mtsm the first
-    /// runs); by shadow rays from the point to the light through a layered map;
+    /// runs, of kind layers all); by shadow rays from the point to the light through a layered map;
     /// or by percentage closer filtering over the light's outline in a layered
     /// map [default: filter, of layered maps trace]
     #[arg(long, value_enum)]

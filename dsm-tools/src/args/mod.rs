@@ -14,7 +14,7 @@ mod render;
 mod values;
 mod verify;
 
-pub(crate) use bake::{Bake, LayersRequest};
+pub(crate) use bake::{Bake, KindName, LayersRequest};
 pub(crate) use convert::{Convert, ConvertTarget};
 pub(crate) use demo::Demo;
 pub(crate) use diff::Diff;

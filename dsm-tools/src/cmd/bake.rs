@@ -30,8 +30,8 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
         seed: request.seed,
         quiet: request.quiet,
     };
-    let (report, cut_pixels) = with_threads(request.effort.threads, || match request.layers {
-        None => job.run(&request.output).map(|report| (report, 0)),
+    let report = with_threads(request.effort.threads, || match request.layers {
+        None => job.run(&request.output),
         Some(layers) => LayersJob { job: &job, layers }.run(&request.output),
     })?;
     if request.quiet {
@@ -54,7 +54,8 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
         (started.elapsed() - opened).as_secs_f64(),
     );
     io::stdout().write_all(lines.as_bytes())?;
-    if cut_pixels > 0 {
+    if report.cut_pixels > 0 {
+        let cut_pixels = report.cut_pixels;
         writeln!(io::stdout(), "  {cut_pixels} pixels have more layers than --layers keeps")?;
     }
     Ok(())

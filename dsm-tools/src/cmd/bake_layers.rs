@@ -7,14 +7,11 @@ use dsm_core::{BakeSettings, Rgb, Transmittance};
 use dsm_io::{BakeReport, Metadata};
 use dsm_scene::SceneRasterizer;
 use dsm_trace::LightFrame;
-use mtsm::{
-    LayeredKind, LayeredReport, MultilayerBaker, MultilayerSettings, bake_fragments, bake_layers,
-    bake_mtsm,
-};
-use shadow_maps::fragments::FragmentBuilder;
+use mtsm::{MultilayerBaker, MultilayerSettings, bake_layers, bake_mtsm};
+use shadow_maps::fragments::{FragmentBuilder, bake_fragments};
 
 use super::bake::{BakeJob, Watch};
-use crate::args::LayersRequest;
+use crate::args::{KindName, LayersRequest};
 
 /// A scene and how its layered map is to be baked.
 pub(crate) struct LayersJob<'a> {
@@ -23,19 +20,12 @@ pub(crate) struct LayersJob<'a> {
 }
 
 impl LayersJob<'_> {
-    /// Bakes on the current pool. Also says of how many pixels layers were left
-    /// out.
-    pub(crate) fn run(&self, output: &Path) -> Result<(BakeReport, u64)> {
-        let report = if self.job.is_coloured() {
-            self.bake::<Rgb>(output)
-        } else {
-            self.bake::<f32>(output)
-        }?;
-        let LayeredReport { hits, cut_pixels, bytes } = report;
-        Ok((BakeReport { hits, bytes }, cut_pixels))
+    /// Bakes on the current pool.
+    pub(crate) fn run(&self, output: &Path) -> Result<BakeReport> {
+        if self.job.is_coloured() { self.bake::<Rgb>(output) } else { self.bake::<f32>(output) }
     }
 
-    fn bake<T: Transmittance>(&self, output: &Path) -> Result<LayeredReport> {
+    fn bake<T: Transmittance>(&self, output: &Path) -> Result<BakeReport> {
         let Self { job, layers } = *self;
         let LayersRequest { kind, max_layers, resets, coverage } = layers;
         let raster = job.scene.light.raster(job.settings.size)?;
@@ -49,7 +39,7 @@ impl LayersJob<'_> {
         let source = SceneRasterizer::<T>::new(job.scene, raster)?;
         let block = job.options.block;
         let describe = |metadata: &mut Metadata| job.describe(light, metadata);
-        if kind == LayeredKind::Fragments {
+        if kind == KindName::Fragments {
             let size = job.settings.size;
             let builder = FragmentBuilder::new(raster.shadow_camera(), size, light_depth.into())?
                 .with_coverage(coverage)?
@@ -65,7 +55,7 @@ impl LayersJob<'_> {
         let watch = Watch::start(job, baker.settings().bake.tile_count())?;
         let at = |progress| watch.at(progress);
         let done = match kind {
-            LayeredKind::Mtsm => bake_mtsm(&baker, output, block, describe, at),
+            KindName::Mtsm => bake_mtsm(&baker, output, block, describe, at),
             _ => bake_layers(&baker, output, block, describe, at),
         };
         watch.bar.finish_and_clear();

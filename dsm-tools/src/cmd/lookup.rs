@@ -10,19 +10,19 @@ use dsm_core::{
     AreaLight, Bias, Facing, Footprint, LevelChoice, LightExtent, Pyramid, Receiver, Rgb,
     ShadedPoint, ShadowLookup, Transmittance, VisibilityField,
 };
-use dsm_io::{AnyCachedMap, CachedMap, CursorPool, Limits, TileCache};
+use dsm_io::{CachedMap, CursorPool, Deep, ErasedMap, FieldKind, KindReader, MapKind, TileCache};
 use dsm_trace::{LightFrame, TraceStatistics};
 use glam::DVec3;
-use mtsm::LayeredReader;
+use mtsm::{Layers, Mtsm};
 use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::args::{Lookup, MethodName, Space};
-use crate::filtering;
 use crate::layered::{self, AreaMethod, AreaShadow, AreaVisitor};
 use crate::output::light;
 use crate::parallel::with_threads;
 use crate::points::PointReader;
+use crate::{filtering, kinds};
 
 /// Points that are in memory at a time.
 const CHUNK: usize = 1 << 16;
@@ -60,8 +60,9 @@ struct Traced {
 pub(crate) fn run(request: &Lookup) -> Result<()> {
     with_threads(request.effort.threads, || {
         let start = Instant::now();
-        if let Some(reader) = layered::open(&request.map)? {
-            return run_layered(&reader, request, start);
+        let map = kinds::open(&request.map)?;
+        if map.kind() != Deep::NAME {
+            return run_layered(map, request, start);
         }
         if let Some(MethodName::Trace | MethodName::Pcf) = request.method {
             bail!(
@@ -75,14 +76,7 @@ pub(crate) fn run(request: &Lookup) -> Result<()> {
         if request.layers.is_given() {
             bail!("{}: --rule and --z-threshold are for layered maps", request.map.display());
         }
-        let cache = TileCache::new(filtering::TILE_BYTES);
-        let map = AnyCachedMap::open(&cache, &request.map, &Limits::default())?;
-        let open_s = start.elapsed().as_secs_f64();
-        let (points, time) = match map {
-            AnyCachedMap::Mono(map) => answer_cached(map, request),
-            AnyCachedMap::Rgb(map) => answer_cached(map, request),
-        }?;
-        print_statistics(request, points, time, open_s, Traced::default())
+        filter::<Deep>(map, request, start)
     })
 }
 
@@ -109,14 +103,17 @@ fn print_statistics(
     Ok(())
 }
 
-fn run_layered(reader: &LayeredReader, request: &Lookup, start: Instant) -> Result<()> {
+fn run_layered(map: Box<dyn ErasedMap>, request: &Lookup, start: Instant) -> Result<()> {
     let rays = request.rays.unwrap_or(256);
     let bias = request.bias.map(f64::from);
     let method = match request.method {
-        Some(MethodName::Filter) if reader.metadata().channels == 1 => {
-            return filter_runs::<f32>(reader, request, start);
+        Some(MethodName::Filter) => {
+            return match map.kind() {
+                Mtsm::NAME => filter::<Mtsm>(map, request, start),
+                Layers::NAME => filter::<Layers>(map, request, start),
+                kind => bail!("{}: maps of kind {kind} are traced", request.map.display()),
+            };
         }
-        Some(MethodName::Filter) => return filter_runs::<Rgb>(reader, request, start),
         Some(MethodName::Pcf) => AreaMethod::Pcf { taps: rays, bias: Some(bias.unwrap_or(0.0)) },
         _ if bias.is_some_and(|bias| bias < 0.0) => {
             bail!("--bias: a ray does not start before its point");
@@ -129,30 +126,20 @@ fn run_layered(reader: &LayeredReader, request: &Lookup, start: Instant) -> Resu
     if request.footprint != Footprint::Point || request.level != LevelChoice::FINEST {
         bail!("{}: --filter and --level are for --method filter", request.map.display());
     }
-    let light = layered::light_extent(reader, request.light_size)?;
-    layered::with_shadow(reader, method, AnswerArea { request, light, start })
+    let light = layered::light_extent(&*map, request.light_size)?;
+    layered::with_shadow(map, method, AnswerArea { request, light, start })
 }
 
-/// Answers points by the first runs of a layered map.
-fn filter_runs<T: Transmittance>(
-    reader: &LayeredReader,
-    request: &Lookup,
-    start: Instant,
-) -> Result<()> {
-    let info = reader.metadata().info;
-    let map = reader.multilayer_map::<T>()?.deep_map()?;
-    let pyramid = Pyramid::new(vec![map])?;
-    filtering::check(&pyramid, &request.footprint, request.level)?;
-    let size = [reader.metadata().width, reader.metadata().height];
-    let world = match request.space {
-        Space::World => Some(set(ShadowLookup::new(&info, size)?, request)),
-        Space::Raster => None,
-    };
-    let open_s = start.elapsed().as_secs_f64();
-    let (points, time) = answer_all(request, |_, points| {
-        lights(&pyramid, &world, request, points).map_err(|never| match never {})
-    })?;
-    print_statistics(request, points, time, open_s, Traced::default())
+/// Answers points by filtered lookups in a map of kind `K`: of layers by all of
+/// them, or by the first runs.
+fn filter<K: FieldKind>(map: Box<dyn ErasedMap>, request: &Lookup, start: Instant) -> Result<()> {
+    let cache = TileCache::new(filtering::TILE_BYTES);
+    let map: KindReader<K> = map.downcast()?;
+    if map.metadata().channels == 1 {
+        answer_cached::<f32, K>(cache.insert(map)?, request, start)
+    } else {
+        answer_cached::<Rgb, K>(cache.insert(map)?, request, start)
+    }
 }
 
 /// Answers points by the soft shadows of a layered map.
@@ -186,7 +173,8 @@ impl AreaVisitor for AnswerArea<'_> {
             let points: Vec<_> = (first..).zip(points).map(shaded).collect();
             let mut lights = Vec::with_capacity(points.len());
             let done = shadow.visibilities(&points, &light, &mut lights);
-            done.map(|()| lights).map_err(|never| match never {})
+            done?;
+            Ok(lights)
         })?;
         let traced =
             Traced { statistics: Some(shadow.statistics()), far_table: shadow.has_far_table() };
@@ -194,10 +182,16 @@ impl AreaVisitor for AnswerArea<'_> {
     }
 }
 
-/// Answers points by filtered lookups in a deep map's file.
-fn answer_cached<T: Transmittance>(map: CachedMap<T>, request: &Lookup) -> Result<(u64, Duration)> {
+/// Answers points by filtered lookups in a map's file.
+fn answer_cached<T: Transmittance, K: FieldKind>(
+    map: CachedMap<T, K>,
+    request: &Lookup,
+    start: Instant,
+) -> Result<()> {
+    let open_s = start.elapsed().as_secs_f64();
     let shadow = Shadow::new(map, request).with_context(|| format!("{}", request.map.display()))?;
-    answer_all(request, |_, points| shadow.lights(points))
+    let (points, time) = answer_all(request, |_, points| shadow.lights(points))?;
+    print_statistics(request, points, time, open_s, Traced::default())
 }
 
 /// Answers every point of the file, on stdout, by asking `lights` for some at a
@@ -284,15 +278,15 @@ fn lights<F: VisibilityField>(
     Ok(lights)
 }
 
-/// A deep map's file, and how it is asked.
-struct Shadow<'a, T> {
-    cursors: CursorPool<T>,
+/// A map's file, and how it is asked.
+struct Shadow<'a, T: Transmittance, K: FieldKind> {
+    cursors: CursorPool<T, K>,
     world: Option<ShadowLookup>,
     request: &'a Lookup,
 }
 
-impl<'a, T: Transmittance> Shadow<'a, T> {
-    fn new(map: CachedMap<T>, request: &'a Lookup) -> Result<Self> {
+impl<'a, T: Transmittance, K: FieldKind> Shadow<'a, T, K> {
+    fn new(map: CachedMap<T, K>, request: &'a Lookup) -> Result<Self> {
         let world = match request.space {
             Space::World => Some(set(filtering::shadow_lookup(&map)?, request)),
             Space::Raster => None,

@@ -6,7 +6,6 @@ pub(crate) mod convert;
 pub(crate) mod demo;
 pub(crate) mod diff;
 pub(crate) mod inspect;
-pub(crate) mod inspect_layers;
 pub(crate) mod lookup;
 pub(crate) mod merge;
 pub(crate) mod mip;

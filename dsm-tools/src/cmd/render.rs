@@ -12,14 +12,15 @@ use dsm_core::{
     Rgb, ShadowLookup, Tolerance, Transmittance,
 };
 use dsm_io::{
-    AnyCachedMap, BakeOptions, CachedMap, CachedShadow, Limits, PyramidOptions, TileCache,
+    AnyCachedMap, BakeOptions, CachedMap, CachedShadow, Deep, Limits, MapKind, PyramidOptions,
+    TileCache,
 };
 use dsm_scene::{
     Image, ImageDifference, RenderSettings, Renderer, Scene, SceneRasterizer, SceneReference,
     TracedScene, open_scene,
 };
 use dsm_trace::LightFrame;
-use mtsm::{LayeredKind, MultilayerSettings};
+use mtsm::MultilayerSettings;
 use serde::Serialize;
 use shadow_maps::plain::{
     DepthMap, DepthMapSettings, PercentageCloserFilter, PercentageCloserShadow,
@@ -27,9 +28,10 @@ use shadow_maps::plain::{
 
 use super::bake::BakeJob;
 use super::bake_layers::LayersJob;
-use crate::args::{LayersRequest, Method, Render};
+use crate::args::{KindName, LayersRequest, Method, Render};
 use crate::filtering;
 use crate::interrupt::Interrupt;
+use crate::kinds;
 use crate::layered::{self, AreaMethod, AreaShadow, AreaVisitor};
 use crate::output::{picture, printable, progress};
 use crate::parallel::with_threads;
@@ -237,10 +239,11 @@ impl RenderJob<'_> {
                 &baked
             }
         };
-        let Some(reader) = layered::open(path)? else {
+        let map = kinds::open(path)?;
+        if map.kind() == Deep::NAME {
             bail!("{}: a deep map has no layers: --method filter reads it", path.display());
-        };
-        layered::with_shadow(&reader, how, RenderArea { job: self, started })
+        }
+        layered::with_shadow(map, how, RenderArea { job: self, started })
     }
 
     /// Bakes the layers that the light's rays may meet: fragments, which come
@@ -249,11 +252,8 @@ impl RenderJob<'_> {
     fn bake_layers(&self, path: &Path, how: AreaMethod) -> Result<()> {
         let settings = MultilayerSettings::new([RESOLUTION; 2])?;
         let has_rule = matches!(how, AreaMethod::Trace { layers, .. } if layers.is_given());
-        let kind = if has_rule || self.scene.has_media() {
-            LayeredKind::Mtsm
-        } else {
-            LayeredKind::Fragments
-        };
+        let kind =
+            if has_rule || self.scene.has_media() { KindName::Mtsm } else { KindName::Fragments };
         let MultilayerSettings { max_layers, resets, .. } = settings;
         let layers = LayersRequest { kind, max_layers, resets, coverage: 8 };
         let name = self.request.scene.to_string_lossy();
@@ -370,7 +370,7 @@ impl AreaVisitor for RenderArea<'_, '_> {
 
     fn visit<V: AreaShadow>(self, shadow: &V) -> Result<Rendered> {
         let map_s = self.started.elapsed().as_secs_f64();
-        let (image, render_s) = self.job.render(shadow, |never| match never {})?;
+        let (image, render_s) = self.job.render(shadow, anyhow::Error::from)?;
         Ok(Rendered { image, biases: None, map_s, render_s })
     }
 }

@@ -4,11 +4,11 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use anyhow::{Result, bail};
-use dsm_io::{Container, Error, Limits, MapReader, MapSource, check_bound};
-use mtsm::{LayeredKind, LayeredReader};
+use dsm_io::{Deep, Error, Limits, MapKind, MapReader, MapSource, check_bound};
 use serde::Serialize;
 
 use crate::args::Verify;
+use crate::kinds;
 use crate::output::progress;
 use crate::parallel::with_threads;
 
@@ -53,29 +53,24 @@ fn check(path: &Path, request: &Verify) -> FileOutcome {
     FileOutcome { path: path.display().to_string(), ok: errors.is_empty(), errors }
 }
 
+/// What is wrong with a map. Only one that is sound is held to its bound.
 fn open_and_check(path: &Path, request: &Verify) -> dsm_io::Result<Vec<String>> {
-    let limits = Limits::default();
-    let container = Container::open(path, &limits)?;
-    if LayeredKind::from_name(&container.kind()?).is_none() {
-        return Ok(check_map(MapReader::new(container, &limits)?, request));
-    }
-    let reader = LayeredReader::new(container, &limits)?;
-    let mut errors: Vec<_> = reader.verify().iter().map(Error::to_string).collect();
-    if request.against.is_some() {
-        errors.push(format!("{}: a layered map has no source to be held to", path.display()));
+    let map = kinds::open(path)?;
+    let mut errors: Vec<_> = map.verify().iter().map(Error::to_string).collect();
+    match &request.against {
+        Some(_) if map.kind() != Deep::NAME => {
+            let kind = map.kind();
+            errors.push(format!(
+                "{}: a map of kind {kind} has no source to be held to",
+                path.display()
+            ));
+        }
+        Some(source) if errors.is_empty() => {
+            errors.extend(check_against(map.downcast()?, source, request).err());
+        }
+        _ => {}
     }
     Ok(errors)
-}
-
-/// What is wrong with a map. Only one that is sound is held to its bound.
-fn check_map(reader: MapReader, request: &Verify) -> Vec<String> {
-    let errors: Vec<_> = reader.verify().iter().map(Error::to_string).collect();
-    match &request.against {
-        Some(source) if errors.is_empty() => {
-            check_against(reader, source, request).err().into_iter().collect()
-        }
-        _ => errors,
-    }
 }
 
 fn check_against(reader: MapReader, path: &Path, request: &Verify) -> Result<(), String> {

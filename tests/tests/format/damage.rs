@@ -1,5 +1,7 @@
 //! Whatever is damaged is found, behind right checksums too.
 
+use std::borrow::Cow;
+use std::ops::Range;
 use std::sync::Arc;
 
 use dsm_core::{MapInfo, Vertex};
@@ -46,8 +48,12 @@ fn every_changed_byte_is_found() {
 struct Shared(Arc<Vec<u8>>);
 
 impl Source for Shared {
-    fn bytes(&self) -> &[u8] {
-        &self.0
+    fn length(&self) -> u64 {
+        self.0.len() as u64
+    }
+
+    fn read(&self, range: Range<u64>) -> dsm_io::Result<Cow<'_, [u8]>> {
+        Ok(Cow::Borrowed(&self.0[range.start as usize..range.end as usize]))
     }
 }
 
