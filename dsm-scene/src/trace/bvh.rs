@@ -64,7 +64,8 @@ impl Bvh {
             return Ok(None);
         }
         let centre = outer.centre();
-        let scale = 1.0 / ((outer.max - outer.min).max_element() / 2.0).max(1e-40);
+        let half = (outer.max - outer.min).max_element() / 2.0;
+        let scale = if half > 0.0 { half.recip() } else { 1.0 };
         let mut depth = 0;
         // Boxes that are alike would be paired one by one. Padding tells them
         // apart: a little at first, more if that isn't enough.
