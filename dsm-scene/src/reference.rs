@@ -4,11 +4,11 @@ use std::convert::Infallible;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use dsm_core::{AreaLight, LightVisibility, OcclusionTracer, Transmittance};
+use dsm_core::{AreaLight, LightVisibility, OcclusionTracer, Ray, Transmittance};
 use dsm_trace::LightMean;
 use glam::DVec3;
 
-use crate::trace::{Ray, TracedScene};
+use crate::trace::TracedScene;
 
 /// Traces shadow rays through a scene: what every map is compared with.
 ///

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use dsm_core::Rgb;
+use dsm_core::{Projection, Rgb, View};
 use glam::{DAffine3, DVec3};
 
 use crate::bounds::Bounds;
@@ -10,7 +10,7 @@ use crate::curves::Curves;
 use crate::error::{Error, Place, Result};
 use crate::mesh::TriangleMesh;
 use crate::transform::Motion;
-use crate::view::{Camera, Light, LightOutline, Projection, View};
+use crate::view::{Camera, Light, LightOutline};
 use crate::volume::Volume;
 
 /// What an object is made of, in its own space.

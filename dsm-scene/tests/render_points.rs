@@ -7,10 +7,10 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex};
 
-use dsm_core::{AreaLight, Facing, LightVisibility, Rgb, ShadedPoint};
+use dsm_core::{AreaLight, Facing, LightVisibility, Rgb, ShadedPoint, View};
 use dsm_scene::{
     Camera, Curves, Image, Motion, Object, RenderSettings, Renderer, Scene, Shape, TracedScene,
-    Transform, TriangleMesh, View, Volume,
+    Transform, TriangleMesh, Volume,
 };
 use glam::{DVec3, IVec3, UVec3, Vec3};
 

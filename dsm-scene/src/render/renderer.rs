@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use dsm_core::{
     AreaLight, Facing, LightVisibility, PixelSampling, ShadedPoint, TileSamples, Transmittance,
+    ViewRaster,
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -16,7 +17,6 @@ use super::shading::radiance;
 use super::sight::{Eye, Matter, Sight};
 use crate::error::Result;
 use crate::trace::TracedScene;
-use crate::view::ViewRaster;
 
 /// Width and height of what one task renders, in pixels.
 const BLOCK: u32 = 16;

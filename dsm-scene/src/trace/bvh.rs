@@ -6,6 +6,7 @@
 //! begins a little before the outer box or its own beginning, so that rounding
 //! is relative to the object and not to the way from the camera.
 
+use dsm_core::Ray;
 use glam::{DVec3, UVec2};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -17,7 +18,6 @@ use obvhs::ploc::PlocBuilder;
 use obvhs::ray::Ray as TraversalRay;
 use obvhs::{BvhBuildParams, traverse};
 
-use super::ray::Ray;
 use crate::bounds::Bounds;
 use crate::error::{Error, Result};
 

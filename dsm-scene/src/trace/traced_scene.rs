@@ -2,13 +2,12 @@
 
 use std::sync::Arc;
 
-use dsm_core::{RayHits, Rgb, SurfaceHit, Transmittance, VolumeSample};
+use dsm_core::{Ray, RayHits, Rgb, SurfaceHit, Transmittance, VolumeSample};
 use glam::{DAffine3, DVec3};
 
 use super::bvh::Bvh;
 use super::medium::{DensitySample, integral, march};
 use super::met::{Met, MetPlace};
-use super::ray::Ray;
 use super::segment::SegmentTest;
 use super::triangle::TriangleTest;
 use crate::bounds::Bounds;

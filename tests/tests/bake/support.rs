@@ -4,11 +4,9 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use dsm_core::{BakeSettings, Baker, DeepMap, HitSource, Transmittance};
+use dsm_core::{BakeSettings, Baker, DeepMap, HitSource, Transmittance, ViewRaster};
 use dsm_io::{BakeOptions, BakeReport, Limits, MapReader};
-use dsm_scene::{
-    Error, Scene, SceneHitSource, SceneRasterizer, TracedScene, ViewRaster, open_scene,
-};
+use dsm_scene::{Error, Scene, SceneHitSource, SceneRasterizer, TracedScene, open_scene};
 
 /// A real file, or `None` with a note where there are none.
 pub(crate) fn real_file(name: &str) -> Option<PathBuf> {

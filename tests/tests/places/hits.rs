@@ -1,9 +1,10 @@
 //! What shadow cameras see of placed scenes, and single rays through them.
 
-use dsm_core::{HitSource, OcclusionTracer, Rgb, TileHits, TileSamples};
+use std::sync::Arc;
+
+use dsm_core::{HitSource, OcclusionTracer, Projection, Rgb, TileHits, TileSamples, ViewRaster};
 use dsm_scene::{
-    Error, Projection, Scene, SceneHitSource, SceneRasterizer, SceneReference, Shape, TracedScene,
-    ViewRaster,
+    Error, Scene, SceneHitSource, SceneRasterizer, SceneReference, Shape, TracedScene,
 };
 use dsm_testkit::{Agreement, Trial, check_hit_source, check_occlusion_tracer};
 use glam::DVec3;
@@ -14,7 +15,7 @@ const SIZE: [u32; 2] = [40, 40];
 
 /// A scene with its hierarchies, and what looks at it.
 struct Owned {
-    traced: TracedScene,
+    traced: Arc<TracedScene>,
     raster: ViewRaster,
 }
 
@@ -22,7 +23,7 @@ impl HitSource<Rgb> for Owned {
     type Error = Error;
 
     fn hits(&self, samples: &TileSamples, hits: &mut TileHits<Rgb>) -> Result<(), Error> {
-        SceneHitSource::new(&self.traced, self.raster).hits(samples, hits)
+        SceneHitSource::new(Arc::clone(&self.traced), self.raster).hits(samples, hits)
     }
 }
 
@@ -31,7 +32,7 @@ impl OcclusionTracer for Owned {
     type Error = std::convert::Infallible;
 
     fn transmittance(&self, from: DVec3, to: DVec3, time: f64) -> Result<Rgb, Self::Error> {
-        SceneReference::new(&self.traced).transmittance(from, to, time)
+        SceneReference::new(Arc::clone(&self.traced)).transmittance(from, to, time)
     }
 }
 
@@ -54,7 +55,7 @@ fn placed_with_extent(scene: &Scene, trial: &Trial) -> Scene {
 fn owned(scene: &Scene, trial: &Trial) -> Owned {
     let scene = placed_with_extent(scene, trial);
     let raster = scene.light.raster(SIZE).unwrap();
-    Owned { traced: TracedScene::new(&scene).unwrap(), raster }
+    Owned { traced: Arc::new(TracedScene::new(&scene).unwrap()), raster }
 }
 
 #[test]
@@ -94,7 +95,7 @@ fn rays_from_things_leave_them_everywhere() {
     check_occlusion_tracer(make, RADIUS, &rays, &Agreement::default()).unwrap();
     // Nothing else is so near that a thousand times as much changes anything.
     let first = owned(&scene, &Trial::FIRST);
-    let later = SceneReference::<Rgb>::new(&first.traced).with_start(1e-9);
+    let later = SceneReference::<Rgb>::new(Arc::clone(&first.traced)).with_start(1e-9);
     for &(receiver, light, time) in &rays {
         let Ok(want) = later.transmittance(receiver, light, time);
         let Ok(have) = first.transmittance(receiver, light, time);

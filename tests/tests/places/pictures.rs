@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use anyhow::Result;
+use deepshadow::Result;
 use dsm_scene::{RenderSettings, Renderer, Scene, TracedScene};
 use dsm_testkit::{Placement, Trial, check_answers, check_light_visibility};
 use glam::DVec3;
@@ -19,7 +19,7 @@ fn picture(scene: &Scene, method: Method, trial: &Trial) -> Result<Vec<f64>> {
     let traced = TracedScene::new(&scene)?;
     let settings = RenderSettings { factor: true, ..RenderSettings::new(2, 3)? };
     let camera = scene.camera.raster(PICTURE)?;
-    let renderer = Renderer::new(&traced, camera, scene.light.area()?, settings);
+    let renderer = Renderer::new(traced, camera, scene.light.area()?, settings);
     let shadow = method.make(&scene, trial)?;
     let image = renderer.render(&shadow, |_| ControlFlow::Continue(()))?;
     let pixels = image.map(|image| image.pixels().to_vec()).unwrap_or_default();

@@ -1,9 +1,9 @@
 //! A small scene that can be placed anywhere.
 
-use dsm_core::Rgb;
+use dsm_core::{Projection, Rgb, View};
 use dsm_scene::{
-    Camera, Curves, Light, LightOutline, Motion, Object, Projection, Scene, Shape, Transform,
-    TriangleMesh, View, Volume,
+    Camera, Curves, Light, LightOutline, Motion, Object, Scene, Shape, Transform, TriangleMesh,
+    Volume,
 };
 use dsm_testkit::Placement;
 use glam::{DVec3, IVec3, UVec3, Vec3};
