@@ -3,6 +3,7 @@
 use std::convert::Infallible;
 use std::marker::PhantomData;
 
+use dsm_core::random::golden;
 use dsm_core::{AreaLight, LightVisibility, OcclusionTracer, Transmittance};
 use glam::DVec3;
 
@@ -77,11 +78,9 @@ impl<T: Transmittance> LightVisibility for SceneReference<'_, T> {
         let rays = if is_point && !self.scene.is_moving() { 1 } else { self.rays };
         let mut tracer = self.scene.tracer();
         let mut sum = T::BLOCKED.to_sum();
-        // The golden ratio spreads times evenly, whatever the number of rays.
-        let golden = 0.618_033_988_749_895;
-        let first = (seed as f64 * golden).fract();
+        let first = golden(0.0, seed as f64);
         for (index, point) in light.samples(receiver, rays, seed).enumerate() {
-            let time = (first + index as f64 * golden).fract();
+            let time = golden(first, index as f64);
             let value: T = tracer.transmittance(&self.shadow_ray(receiver, point, time));
             let value = value.to_sum();
             sum.as_mut().iter_mut().zip(value.as_ref()).for_each(|(sum, part)| *sum += part);

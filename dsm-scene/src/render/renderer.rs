@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use dsm_core::random::golden;
 use dsm_core::{
     AreaLight, Facing, LightVisibility, PixelSampling, ShadedPoint, TileSamples, Transmittance,
 };
@@ -10,7 +11,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::image::Image;
-use super::numbers::{Numbers, spread, spread_otherwise};
+use super::numbers::{Numbers, spread_otherwise};
 use super::shading::radiance;
 use super::sight::{Eye, Matter, Sight};
 use crate::error::Result;
@@ -211,7 +212,7 @@ impl<'a> Renderer<'a> {
             let ray = self.camera.ray(point.x, point.y, f64::from(point.time));
             let mut first_medium = Some(spread_otherwise(other_start, sample));
             let medium = || first_medium.take().unwrap_or_else(|| numbers.unit());
-            let sight = eye.look(&ray, spread(start, sample), medium);
+            let sight = eye.look(&ray, golden(start, sample.into()), medium);
             sights.push((sight, numbers.bits()));
         }
     }

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
+use dsm_core::random::scattered_seed;
 use dsm_core::{
     AreaLight, Bias, Facing, Footprint, LevelChoice, LightExtent, Pyramid, Receiver, Rgb,
     ShadedPoint, ShadowLookup, Transmittance, VisibilityField,
@@ -171,7 +172,7 @@ impl AreaVisitor for AnswerArea<'_> {
     fn visit<V: AreaShadow>(self, shadow: &V) -> Result<()> {
         let light = self.light(shadow.frame())?;
         let Self { request, start, .. } = self;
-        let seed = request.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let seed = scattered_seed(request.seed);
         let open_s = start.elapsed().as_secs_f64();
         let (points, time) = answer_all(request, |first, points| {
             let shaded = |(number, point): (u64, &[f64; 3])| {
