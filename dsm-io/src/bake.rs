@@ -87,7 +87,7 @@ pub struct BakeReport {
 /// # Errors
 ///
 /// [`Error::HitSource`] with what the source says; [`Error::Interrupted`] if
-/// `watch` broke it off; [`Error::Caller`] for a pyramid of a crop, or for a codec
+/// `watch` broke it off; [`Error::Setting`] for a pyramid of a crop, [`Error::Mismatch`] for a codec
 /// that does not fit [`BakeSettings::quantization`]; else what keeps the file from being written.
 pub fn bake<T: Transmittance, S: HitSource<T>>(
     baker: &Baker<T, S>,
@@ -101,7 +101,7 @@ where
 {
     let settings = baker.settings();
     if settings.quantization.is_some() != (options.codec == Codec::Quantized) {
-        return Err(Error::caller(
+        return Err(Error::mismatch(
             "a baker that rounds and a codec for what is rounded go together",
         ));
     }
@@ -123,7 +123,7 @@ where
     let hits = match &options.pyramid {
         None => write_tiles(baker, &mut writer, options, watch)?,
         Some(_) if settings.crop.is_some() => {
-            return Err(Error::caller("a part of a map has no pyramid"));
+            return Err(Error::setting("a part of a map has no pyramid"));
         }
         Some(pyramid) => {
             let tiles = settings.tile_count();

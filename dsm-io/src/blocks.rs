@@ -1,7 +1,7 @@
 //! Work on the tiles of several maps at once, a block of pixels at a time.
 
 use crate::format::level::Level;
-use crate::format::tile_id::TileRect;
+use crate::tile_id::TileRect;
 use crate::{AchievedError, MapReader, Result, TileId};
 
 /// Blocks that are in memory at a time, for each thread.

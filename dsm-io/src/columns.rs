@@ -41,6 +41,6 @@ impl Columns {
             self.value_starts = Vec::new();
         }
         PixelLists::new((width, height), self.starts, self.value_starts, self.z, self.values)
-            .map_err(|error| Error::caller(error.to_string()))
+            .map_err(Error::from)
     }
 }

@@ -27,8 +27,11 @@ mod metadata;
 mod pyramid;
 mod reader;
 mod region;
+mod section_kind;
 mod source;
 mod tile;
+mod tile_id;
+mod worst_pixel;
 mod writer;
 
 /// Deep OpenEXR images, whose types the options of an export and the readers
@@ -43,25 +46,27 @@ pub use cache::{
     CacheStatistics, CachedMap, CachedShadow, CachedTile, CursorPool, LookupCursor, TileCache,
 };
 pub use codec::tile_columns::{ColumnReader, TileColumn};
-pub use codec::{Block, Codec, EncodedTile};
+pub use codec::{Block, Codec};
 pub use convert::{
     ConvertOptions, ExportOptions, ExportReport, ImportReport, MapDifference, MapSource,
-    WorstPixel, check_bound, compare, compare_levels, convert, export_deep_exr,
+    check_bound, compare, compare_levels, convert, export_deep_exr,
 };
 pub use crop::Crop;
 pub use error::{Error, Place, Result};
 pub use format::atomic_file::replace_file;
 pub use format::container::Container;
 pub use format::directory::{TileDirectory, TileEntry};
+pub use format::encoded_tile::EncodedTile;
 pub use format::level::Level;
-pub use format::section::SectionKind;
-pub use format::tile_id::{TileId, TileRect};
 pub use format::write::ContainerWriter;
 pub use limits::Limits;
 pub use merge::{MergeReport, merge};
 pub use metadata::Metadata;
 pub use pyramid::{PixelFunctions, PyramidOptions, PyramidSource, SourceTile, build_pyramid, mip};
 pub use reader::MapReader;
+pub use section_kind::SectionKind;
 pub use source::{MappedFile, Memory, Source};
 pub use tile::Tile;
+pub use tile_id::{TileId, TileRect};
+pub use worst_pixel::WorstPixel;
 pub use writer::{MapWriter, WriteOptions, write_map};

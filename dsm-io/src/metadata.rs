@@ -175,5 +175,5 @@ impl Metadata {
 }
 
 fn json_error(error: serde_json::Error) -> Error {
-    Error::Metadata(error.to_string())
+    Error::Json(error)
 }

@@ -6,7 +6,7 @@ use dsm_core::{SumVertex, Transmittance, Vertex, VisibilityView};
 use rayon::prelude::*;
 
 use crate::blocks::tiles_of;
-use crate::format::tile_id::TileRect;
+use crate::tile_id::TileRect;
 use crate::{MapReader, Result, Tile};
 
 /// The functions of a rectangle of a level, decoded but for empty tiles. Pixels

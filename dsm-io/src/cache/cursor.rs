@@ -148,8 +148,8 @@ impl<T: Transmittance> LookupCursor<T> {
 
     #[cold]
     #[inline(never)]
-    fn outside([x, y]: [u32; 2]) -> Error {
-        Error::caller(format!("pixel ({x}, {y}) is outside the map"))
+    fn outside(pixel: [u32; 2]) -> Error {
+        Error::NoSuchPixel(pixel)
     }
 }
 
@@ -165,7 +165,7 @@ impl<T: Transmittance> VisibilityField for LookupCursor<T> {
     ///
     /// # Errors
     ///
-    /// As [`CachedMap::tile`]; [`Error::Caller`] if the pixel lies outside.
+    /// As [`CachedMap::tile`]; [`Error::NoSuchPixel`] if the pixel lies outside.
     #[inline(always)]
     fn evaluate(&self, [x, y]: [u32; 2], depth: f32) -> Result<T> {
         if x >= self.size[0] || y >= self.size[1] {

@@ -8,10 +8,11 @@ use dsm_core::{PixelLists, PixelListsView, Transmittance};
 
 use super::packed::unpack;
 use super::tile_columns::{TileColumn, mono_flags};
-use super::{Block, EncodedTile, words};
+use super::{Block, words};
 use crate::error::{Place, check_limit};
 use crate::format::directory::TileEntry;
-use crate::format::tile_id::TileRect;
+use crate::format::encoded_tile::EncodedTile;
+use crate::tile_id::TileRect;
 use crate::{Error, Limits, Result, Tile};
 
 const COLUMNS: usize = 5;

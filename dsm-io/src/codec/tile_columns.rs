@@ -5,11 +5,12 @@ use std::borrow::Cow;
 use dsm_core::{PixelLists, PixelListsView, Transmittance};
 
 use super::packed::{Differences, pack, should_difference, unpack_planes, unshuffle};
-use super::{Block, Codec, EncodedTile, words};
+use super::{Block, Codec, words};
 use crate::error::{Place, check_limit};
 use crate::format::container::Container;
 use crate::format::directory::TileEntry;
-use crate::format::tile_id::{TileId, TileRect};
+use crate::format::encoded_tile::EncodedTile;
+use crate::tile_id::{TileId, TileRect};
 use crate::{Error, Limits, Result};
 
 /// A column of a tile of any kind of map.
@@ -86,7 +87,7 @@ impl EncodedTile {
     ///
     /// # Errors
     ///
-    /// [`Error::Caller`] for more than [`Self::MAX_COLUMNS`] columns, or if the
+    /// [`Error::Setting`] for more than [`Self::MAX_COLUMNS`] columns, [`Error::Io`] if the
     /// compressor fails.
     pub fn of_columns(
         columns: &[TileColumn<'_>],
@@ -95,7 +96,7 @@ impl EncodedTile {
         block: Block,
     ) -> Result<Self> {
         if columns.len() > Self::MAX_COLUMNS {
-            return Err(Error::caller("a tile has at most 8 columns"));
+            return Err(Error::setting("a tile has at most 8 columns"));
         }
         let raw_length: usize = columns.iter().map(|column| column.words.len() * 4).sum();
         let bits = (0..).zip(columns);

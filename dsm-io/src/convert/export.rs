@@ -102,7 +102,7 @@ pub struct ExportReport {
 ///
 /// # Errors
 ///
-/// [`Error::Caller`] if the source is an image, or an option is out of range;
+/// [`Error::Setting`] if the source is an image, or an option is out of range;
 /// whatever is wrong with the map, or keeps the output from being written.
 pub fn export_deep_exr(
     source: &mut MapSource,
@@ -111,12 +111,12 @@ pub fn export_deep_exr(
     progress: impl FnMut(u32),
 ) -> Result<ExportReport> {
     let MapSource::Map(map) = &*source else {
-        return Err(Error::caller(
+        return Err(Error::setting(
             "an image can't be written as an image: make a .dsm of it first",
         ));
     };
     if options.error.epsilon() < ExportOptions::LEAST_ERROR {
-        return Err(Error::caller(format!(
+        return Err(Error::setting(format!(
             "the error of an OpenEXR must be at least {:e}",
             ExportOptions::LEAST_ERROR
         )));
@@ -186,7 +186,7 @@ impl Export<'_> {
             let end = first.saturating_add(self.bands).min(grid.bands());
             let rows = grid.rows(first).start..grid.rows(end - 1).end;
             let SourceRows::Stored(functions) = source.read_rows::<T>(rows.clone())? else {
-                return Err(Error::caller("the source has samples, not functions"));
+                return Err(Error::setting("the source has samples, not functions"));
             };
             let blocks: Vec<Block> = (first..end)
                 .flat_map(|band| (0..grid.columns()).map(move |column| grid.block(column, band)))

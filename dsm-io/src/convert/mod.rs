@@ -13,7 +13,7 @@ mod rows;
 mod source;
 mod tiles;
 
-pub use compare::{MapDifference, WorstPixel, check_bound, compare, compare_levels};
+pub use compare::{MapDifference, check_bound, compare, compare_levels};
 pub use export::{ExportOptions, ExportReport, export_deep_exr};
 pub use report::ImportReport;
 pub use source::MapSource;

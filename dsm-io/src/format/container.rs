@@ -6,10 +6,11 @@ use super::directory::{ENTRY_BYTES, TileDirectory, TileEntry};
 use super::extent::check_cover;
 use super::level::{LEVEL_BYTES, Level, broken_order};
 use super::prologue::Prologue;
-use super::section::{SECTION_ENTRY_BYTES, Section, SectionKind};
-use super::tile_id::{TileId, TileRect};
+use super::section::{SECTION_ENTRY_BYTES, Section};
 use crate::error::{Place, check_limit};
+use crate::section_kind::SectionKind;
 use crate::source::{MappedFile, Memory, Source};
+use crate::tile_id::{TileId, TileRect};
 use crate::{AchievedError, Error, Limits, Result};
 
 /// An open `.dsm` file of any kind of map.
@@ -181,7 +182,7 @@ impl Container {
             kind: String,
         }
         let kind = serde_json::from_slice::<Kind>(self.metadata()?);
-        kind.map(|kind| kind.kind).map_err(|error| Error::Metadata(error.to_string()))
+        kind.map(|kind| kind.kind).map_err(Error::Json)
     }
 
     /// The kinds of all sections.
@@ -193,11 +194,10 @@ impl Container {
     ///
     /// # Errors
     ///
-    /// [`Error::Checksum`], or [`Error::Caller`] if there is no such section.
+    /// [`Error::Checksum`], or [`Error::NoSuchSection`] if there is no such section.
     pub fn section(&self, index: u32) -> Result<&[u8]> {
         let section = self.sections.get(index as usize);
-        let section =
-            section.ok_or_else(|| Error::caller(format!("there is no section {index}")))?;
+        let section = section.ok_or_else(|| Error::NoSuchSection(index))?;
         section.extent.bytes(self.source.bytes(), section.place(index))
     }
 }

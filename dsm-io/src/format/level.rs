@@ -1,8 +1,8 @@
 //! Levels: the rectangular pixel arrays of a file, each cut into tiles.
 
-use super::tile_id::TileRect;
 use super::{f32_at, field, put, reserved_is_valid, u32_at};
 use crate::error::{Error, Place};
+use crate::tile_id::TileRect;
 use crate::{AchievedError, Result};
 
 /// Length of a level's record, in bytes.

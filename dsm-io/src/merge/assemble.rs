@@ -71,7 +71,7 @@ fn sources(crops: &[MapReader], level: &Level) -> Result<Vec<usize>> {
     let missing = sources.iter().position(Option::is_none);
     if let Some(missing) = missing {
         let (x, y) = (missing % columns as usize, missing / columns as usize);
-        return Err(Error::caller(format!(
+        return Err(Error::mismatch(format!(
             "no crop holds the pixels from ({}, {}) on",
             x * level.tile_width as usize,
             y * level.tile_height as usize

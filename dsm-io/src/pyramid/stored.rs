@@ -49,7 +49,7 @@ use crate::{
 ///
 /// # Errors
 ///
-/// [`Error::Caller`] if the map has several views, is not cut into squares or
+/// [`Error::Mismatch`] if the map has several views, is not cut into squares or
 /// does not begin at its own corner; else as [`build_pyramid`].
 pub fn mip(
     map: &MapReader,
@@ -57,7 +57,7 @@ pub fn mip(
     options: &PyramidOptions,
     progress: impl FnMut(u64, u64),
 ) -> Result<()> {
-    let refuse = |reason| Err(Error::caller(reason).in_file(map.container().path()));
+    let refuse = |reason| Err(Error::mismatch(reason).in_file(map.container().path()));
     let level = map.levels()[0];
     if map.levels().iter().any(|level| level.view != 0) {
         return refuse("a map of several views has no one pyramid");

@@ -5,7 +5,7 @@ use dsm_core::Transmittance;
 use super::fragment::{Averager, Copies, CopiesBuilder, Fragment, FragmentBuilder};
 use super::plan::Plan;
 use super::source::{PixelFunctions, SourceTile};
-use crate::format::tile_id::TileRect;
+use crate::tile_id::TileRect;
 use crate::{AchievedError, Block, Codec, EncodedTile, Result, TileId};
 
 /// What a tile of level 0 gives to every level.

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use dsm_core::{BakeSettings, DeepMap, Filter, FilterShape, Footprint};
 use dsm_io::{BakeOptions, CachedShadow, Limits, MapReader, PyramidOptions, TileCache, mip};
 use dsm_scene::{Image, RenderSettings, Renderer, Scene, TracedScene, builtin_scene};
@@ -83,8 +83,8 @@ impl Demonstration<'_> {
         let bytes = map.container().file_length();
         self.say("mip", &format!("{} levels, {bytes} bytes", map.levels().len()))?;
 
-        if let Some(error) = map.verify().first() {
-            bail!("verifying: {error}");
+        if let Some(error) = map.verify().into_iter().next() {
+            return Err(error).context("verifying");
         }
         self.say("verify", "every checksum and every function is as it must be")?;
 

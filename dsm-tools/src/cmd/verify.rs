@@ -49,7 +49,7 @@ fn print(outcome: &Outcome, json: bool) -> io::Result<()> {
 }
 
 fn check(path: &Path, request: &Verify) -> FileOutcome {
-    let errors = open_and_check(path, request).unwrap_or_else(|error| vec![error.to_string()]);
+    let errors = open_and_check(path, request).unwrap_or_else(|error| vec![whole_message(error)]);
     FileOutcome { path: path.display().to_string(), ok: errors.is_empty(), errors }
 }
 
@@ -60,7 +60,7 @@ fn open_and_check(path: &Path, request: &Verify) -> dsm_io::Result<Vec<String>> 
         return Ok(check_map(MapReader::new(container, &limits)?, request));
     }
     let reader = LayeredReader::new(container, &limits)?;
-    let mut errors: Vec<_> = reader.verify().iter().map(Error::to_string).collect();
+    let mut errors: Vec<_> = reader.verify().into_iter().map(whole_message).collect();
     if request.against.is_some() {
         errors.push(format!("{}: a layered map has no source to be held to", path.display()));
     }
@@ -69,7 +69,7 @@ fn open_and_check(path: &Path, request: &Verify) -> dsm_io::Result<Vec<String>> 
 
 /// What is wrong with a map. Only one that is sound is held to its bound.
 fn check_map(reader: MapReader, request: &Verify) -> Vec<String> {
-    let errors: Vec<_> = reader.verify().iter().map(Error::to_string).collect();
+    let errors: Vec<_> = reader.verify().into_iter().map(whole_message).collect();
     match &request.against {
         Some(source) if errors.is_empty() => {
             check_against(reader, source, request).err().into_iter().collect()
@@ -90,9 +90,14 @@ fn check_against(reader: MapReader, path: &Path, request: &Verify) -> Result<(),
     match checked {
         Ok(_) => Ok(()),
         // That names a file already.
-        Err(error @ Error::File { .. }) => Err(error.to_string()),
-        Err(error) => Err(format!("against {}: {error}", path.display())),
+        Err(error @ Error::File(_)) => Err(whole_message(error)),
+        Err(error) => Err(format!("against {}: {}", path.display(), whole_message(error))),
     }
+}
+
+/// An error with its causes, in one line.
+fn whole_message(error: Error) -> String {
+    format!("{:#}", anyhow::Error::from(error))
 }
 
 impl Outcome {

@@ -58,7 +58,7 @@ impl LayeredWriter {
 /// # Errors
 ///
 /// [`Error::HitSource`] with what the source says; [`Error::Interrupted`] if
-/// `watch` broke it off; [`Error::Caller`] for a crop; else what keeps the file
+/// `watch` broke it off; [`Error::Setting`] for a crop; else what keeps the file
 /// from being written.
 pub fn bake_mtsm<T: Transmittance, S: HitSource<T>>(
     baker: &MultilayerBaker<T, S>,
@@ -135,7 +135,7 @@ impl OpenBake {
         describe: impl FnOnce(&mut Metadata),
     ) -> Result<Self> {
         if settings.crop.is_some() {
-            return Err(Error::Caller("a layered map is baked whole".into()));
+            return Err(Error::Setting("a layered map is baked whole".into()));
         }
         let [width, height] = settings.size;
         // 1 or 3.

@@ -54,10 +54,7 @@ impl LayeredReader {
     /// its metadata.
     pub fn new(container: Container, limits: &Limits) -> Result<Self> {
         let path = container.path().map(Path::to_owned);
-        Self::check(container, limits).map_err(|error| match (error, path) {
-            (error @ Error::File { .. }, _) | (error, None) => error,
-            (error, Some(path)) => Error::File { path, error: Box::new(error) },
-        })
+        Self::check(container, limits).map_err(|error| error.in_file(path.as_deref()))
     }
 
     fn check(container: Container, limits: &Limits) -> Result<Self> {
@@ -68,7 +65,7 @@ impl LayeredReader {
         let json = container.metadata()?;
         let metadata = Metadata::from_json_of_any_kind(json)?;
         let LayeredKeys { layering, coverage } =
-            serde_json::from_slice(json).map_err(|error| Error::Metadata(error.to_string()))?;
+            serde_json::from_slice(json).map_err(Error::Json)?;
         if layering.max_layers == 0 || !(0.0..f32::INFINITY).contains(&layering.light_depth) {
             let reason = "a map allows at least one layer, and its light's depth is finite and ≥ 0";
             return Err(Error::Metadata(reason.to_owned()));
@@ -164,10 +161,7 @@ impl LayeredReader {
     }
 
     fn in_file<V>(&self, read: Result<V>) -> Result<V> {
-        read.map_err(|error| match (error, self.container.path()) {
-            (error @ Error::File { .. }, _) | (error, None) => error,
-            (error, Some(path)) => Error::File { path: path.to_owned(), error: Box::new(error) },
-        })
+        read.map_err(|error| error.in_file(self.container.path()))
     }
 
     /// Tiles in a row.
@@ -234,12 +228,12 @@ impl LayeredReader {
     ///
     /// # Errors
     ///
-    /// [`Error::Caller`] for a pixel outside the map, or what is wrong with its
+    /// [`Error::NoSuchPixel`] for a pixel outside the map, or what is wrong with its
     /// tile.
     pub fn pixel_runs<T: Transmittance>(&self, [x, y]: [u32; 2]) -> Result<Vec<Vec<Layer<T>>>> {
         let level = self.container.level(0)?;
         if x >= level.width || y >= level.height {
-            return Err(Error::Caller(format!("there is no pixel ({x}, {y})").into()));
+            return Err(Error::NoSuchPixel([x, y]));
         }
         let id = TileId::new(0, x / level.tile_width, y / level.tile_height);
         let (_, rect) = self.container.entry(id)?;

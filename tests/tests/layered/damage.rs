@@ -3,14 +3,15 @@
 use dsm_core::Rgb;
 use dsm_io::Block;
 use dsm_tests::forge::Forge;
+use dsm_tests::whole_message;
 use mtsm::LayeredKind;
 
 use crate::examples::{file, open};
 
 fn problems(bytes: Vec<u8>) -> Vec<String> {
     match open(bytes) {
-        Ok(reader) => reader.verify().iter().map(ToString::to_string).collect(),
-        Err(error) => vec![error.to_string()],
+        Ok(reader) => reader.verify().into_iter().map(whole_message).collect(),
+        Err(error) => vec![whole_message(error)],
     }
 }
 
