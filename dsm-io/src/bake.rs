@@ -9,11 +9,17 @@ use dsm_core::{
     MipPyramid, SumVertex, Tolerance, Transmittance, Vertex, VisibilityDifference,
 };
 
-use crate::pyramid::{PixelFunctions, PyramidSource, SourceTile, build_pyramid};
-use crate::{
-    AchievedError, Block, Codec, Crop, EncodedTile, Error, MapWriter, Metadata, PyramidOptions,
-    Result, TileId, WriteOptions,
-};
+use crate::achieved_error::AchievedError;
+use crate::codec::{Block, Codec};
+use crate::crop::Crop;
+use crate::error::{Error, Result};
+use crate::format::encoded_tile::EncodedTile;
+use crate::metadata::Metadata;
+use crate::pyramid::build::build_pyramid;
+use crate::pyramid::plan::PyramidOptions;
+use crate::pyramid::source::{PixelFunctions, PyramidSource, SourceTile};
+use crate::tile_id::TileId;
+use crate::writer::{MapWriter, WriteOptions};
 
 /// How a baked map is stored.
 #[derive(Clone, Copy, Debug, PartialEq)]

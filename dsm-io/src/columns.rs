@@ -2,8 +2,7 @@
 
 use dsm_core::{PixelLists, Transmittance, VisibilityView};
 
-use crate::error::check_limit;
-use crate::{Error, Result};
+use crate::error::{Error, Result, check_limit};
 
 /// The columns of [`PixelLists`] while they are put together.
 #[derive(Default)]

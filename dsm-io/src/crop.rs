@@ -2,8 +2,9 @@
 
 use dsm_core::PixelWindow;
 
+use crate::error::{Error, Result};
 use crate::format::level::Level;
-use crate::{Error, Metadata, Result};
+use crate::metadata::Metadata;
 
 /// The pixels of a whole map that one file holds, so that several machines
 /// can each make a part. It begins and ends on borders of tiles, or at the

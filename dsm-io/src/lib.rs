@@ -42,15 +42,20 @@ pub use achieved_error::AchievedError;
 pub use any::{AnyCachedMap, AnyDeepMap};
 pub use attribute::Attribute;
 pub use bake::{BakeOptions, BakeReport, bake};
-pub use cache::{
-    CacheStatistics, CachedMap, CachedShadow, CachedTile, CursorPool, LookupCursor, TileCache,
-};
+pub use cache::TileCache;
+pub use cache::cursor::LookupCursor;
+pub use cache::map::CachedMap;
+pub use cache::shadow::{CachedShadow, CursorPool};
+pub use cache::statistics::CacheStatistics;
+pub use cache::tile::CachedTile;
 pub use codec::tile_columns::{ColumnReader, TileColumn};
 pub use codec::{Block, Codec};
-pub use convert::{
-    ConvertOptions, ExportOptions, ExportReport, ImportReport, MapDifference, MapSource,
-    check_bound, compare, compare_levels, convert, export_deep_exr,
-};
+pub use convert::compare::{MapDifference, check_bound, compare, compare_levels};
+pub use convert::export::{ExportReport, export_deep_exr};
+pub use convert::export_options::ExportOptions;
+pub use convert::report::ImportReport;
+pub use convert::source::MapSource;
+pub use convert::tiles::{ConvertOptions, convert};
 pub use crop::Crop;
 pub use error::{Error, Place, Result};
 pub use format::atomic_file::replace_file;
@@ -62,10 +67,15 @@ pub use format::write::ContainerWriter;
 pub use limits::Limits;
 pub use merge::{MergeReport, merge};
 pub use metadata::Metadata;
-pub use pyramid::{PixelFunctions, PyramidOptions, PyramidSource, SourceTile, build_pyramid, mip};
+pub use pyramid::build::build_pyramid;
+pub use pyramid::plan::PyramidOptions;
+pub use pyramid::source::{PixelFunctions, PyramidSource, SourceTile};
+pub use pyramid::stored::mip;
 pub use reader::MapReader;
 pub use section_kind::SectionKind;
-pub use source::{MappedFile, Memory, Source};
+pub use source::Source;
+pub use source::mapped::MappedFile;
+pub use source::memory::Memory;
 pub use tile::Tile;
 pub use tile_id::{TileId, TileRect};
 pub use worst_pixel::WorstPixel;

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use dsm_core::MapInfo;
 use serde::{Deserialize, Serialize};
 
-use crate::{Attribute, Error, Result};
+use crate::attribute::Attribute;
+use crate::error::{Error, Result};
 
 /// What a map says of itself.
 ///

@@ -4,16 +4,20 @@ use std::path::Path;
 
 use dsm_core::{DeepMap, PixelLists, Rgb, Transmittance};
 
+use crate::achieved_error::AchievedError;
 use crate::codec::{Block, Codec, exact, quantized};
 use crate::columns::Columns;
-use crate::error::{Place, check_limit};
+use crate::crop::Crop;
+use crate::error::{Error, Place, Result, check_limit};
 use crate::format::container::Container;
 use crate::format::directory::TileDirectory;
 use crate::format::encoded_tile::EncodedTile;
 use crate::format::level::Level;
-use crate::source::Memory;
+use crate::limits::Limits;
+use crate::metadata::Metadata;
+use crate::source::memory::Memory;
+use crate::tile::Tile;
 use crate::tile_id::{TileId, TileRect};
-use crate::{AchievedError, Crop, Error, Limits, Metadata, Result, Tile};
 
 /// An open deep map. Any number of threads may read from it.
 ///

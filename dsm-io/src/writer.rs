@@ -4,14 +4,17 @@ use std::path::Path;
 
 use dsm_core::{DeepMap, PixelListsView, Transmittance};
 
+use crate::achieved_error::AchievedError;
 use crate::codec::{Block, Codec};
 use crate::columns::Columns;
-use crate::error::check_limit;
+use crate::crop::Crop;
+use crate::error::{Error, Result, check_limit};
 use crate::format::encoded_tile::EncodedTile;
 use crate::format::level::Level;
 use crate::format::write::ContainerWriter;
+use crate::limits::Limits;
+use crate::metadata::Metadata;
 use crate::tile_id::TileId;
-use crate::{AchievedError, Crop, Error, Limits, Metadata, Result};
 
 /// How a map is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,7 +9,9 @@ use dsm_core::{BlockVisitor, PixelListsView, Transmittance, VisibilityField};
 use super::map::CachedMap;
 use super::rows_ahead::{RowsAhead, Step};
 use super::slot::{Slot, take_clear, within};
-use crate::{Error, Level, Result, TileId};
+use crate::error::{Error, Result};
+use crate::format::level::Level;
+use crate::tile_id::TileId;
 
 /// Slots of a cursor. They stand in lines of 16, or of as many as a level has
 /// columns of tiles, if those are fewer: all tiles of a level of 256 have a slot
@@ -377,7 +379,12 @@ impl TileDivision {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{AchievedError, Limits, MapReader, Metadata, TileCache, WriteOptions, write_map};
+    use crate::achieved_error::AchievedError;
+    use crate::cache::TileCache;
+    use crate::limits::Limits;
+    use crate::metadata::Metadata;
+    use crate::reader::MapReader;
+    use crate::writer::{WriteOptions, write_map};
     use dsm_core::{DeepMap, MapInfo, PixelListsBuilder, Vertex};
 
     #[test]

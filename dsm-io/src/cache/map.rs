@@ -11,7 +11,9 @@ use super::shard::{Key, Value};
 use super::statistics::Counters;
 use super::store::TileStore;
 use super::tile::CachedTile;
-use crate::{Error, MapReader, Result, TileId};
+use crate::error::{Error, Result};
+use crate::reader::MapReader;
+use crate::tile_id::TileId;
 
 /// An open map, which takes its tiles with it when it is closed.
 #[derive(Debug)]

@@ -87,7 +87,7 @@ impl RowsAhead {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Tile;
+    use crate::tile::Tile;
     use dsm_core::{PixelListsBuilder, Rgb, Vertex};
 
     const NEAR: Step = Step([3, 0_u32.wrapping_sub(8)]);

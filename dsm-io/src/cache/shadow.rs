@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use super::cursor::LookupCursor;
 use super::map::CachedMap;
-use crate::Result;
+use crate::error::{Error, Result};
 
 /// Cursors over the levels of a [`CachedMap`], with the tiles they hold, lent
 /// to one task at a time.
@@ -31,7 +31,7 @@ impl<T: Transmittance> CursorPool<T> {
     pub fn new(map: CachedMap<T>, level: LevelChoice) -> Result<Self> {
         let finest_only = level == LevelChoice::FINEST;
         let pool = Self { map, finest_only, idle: Mutex::default() };
-        pool.with_pyramid(|_| Ok::<_, crate::Error>(()))?;
+        pool.with_pyramid(|_| Ok::<_, Error>(()))?;
         Ok(pool)
     }
 
@@ -46,7 +46,7 @@ impl<T: Transmittance> CursorPool<T> {
     /// # Errors
     ///
     /// What `ask` says.
-    pub fn with_pyramid<R, E: From<crate::Error>>(
+    pub fn with_pyramid<R, E: From<Error>>(
         &self,
         ask: impl FnOnce(&Pyramid<LookupCursor<T>>) -> Result<R, E>,
     ) -> Result<R, E> {
@@ -55,7 +55,7 @@ impl<T: Transmittance> CursorPool<T> {
             Some(pyramid) => pyramid,
             // A map whose other levels are no pyramid has a finest one still.
             None if self.finest_only => {
-                Pyramid::new(vec![self.map.cursor()]).map_err(crate::Error::from)?
+                Pyramid::new(vec![self.map.cursor()]).map_err(Error::from)?
             }
             None => self.map.pyramid()?,
         };
@@ -121,7 +121,7 @@ impl<T: Transmittance> CachedShadow<T> {
 
 impl<T: Transmittance> LightVisibility for CachedShadow<T> {
     type Value = T;
-    type Error = crate::Error;
+    type Error = Error;
 
     fn visibility(&self, receiver: DVec3, light: &AreaLight, seed: u64) -> Result<T> {
         let point = ShadedPoint { position: receiver, facing: Facing::Light, seed };

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use dsm_core::{PixelLists, PixelListsView, Transmittance};
 
 use super::statistics::Counters;
-use crate::Tile;
+use crate::tile::Tile;
 
 /// Vertices of the rows that are touched: more would fill the nearest cache,
 /// and rows that long are streams which the processor sees by itself.

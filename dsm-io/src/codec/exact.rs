@@ -9,11 +9,12 @@ use dsm_core::{PixelLists, PixelListsView, Transmittance};
 use super::packed::unpack;
 use super::tile_columns::{TileColumn, mono_flags};
 use super::{Block, words};
-use crate::error::{Place, check_limit};
+use crate::error::{Error, Place, Result, check_limit};
 use crate::format::directory::TileEntry;
 use crate::format::encoded_tile::EncodedTile;
+use crate::limits::Limits;
+use crate::tile::Tile;
 use crate::tile_id::TileRect;
-use crate::{Error, Limits, Result, Tile};
 
 const COLUMNS: usize = 5;
 

@@ -11,7 +11,7 @@ mod words;
 
 use dsm_core::{PixelListsView, Transmittance};
 
-use crate::Result;
+use crate::error::Result;
 use crate::format::encoded_tile::EncodedTile;
 
 /// How columns are encoded.

@@ -8,15 +8,16 @@
 
 use dsm_core::{PixelLists, PixelListsView, Transmittance};
 
-use super::exact::{self, column_lengths, depth_range};
+use super::exact::{column_lengths, depth_range};
 use super::packed::unpack;
 use super::tile_columns::{TileColumn, mono_flags};
-use super::{Block, Codec, words};
-use crate::error::Place;
+use super::{Block, Codec, exact, words};
+use crate::error::{Error, Place, Result};
 use crate::format::directory::TileEntry;
 use crate::format::encoded_tile::EncodedTile;
+use crate::limits::Limits;
+use crate::tile::Tile;
 use crate::tile_id::TileRect;
-use crate::{Error, Limits, Result, Tile};
 
 /// The most bits behind the point that a value may have: an `f32` in (½, 1]
 /// has no more.

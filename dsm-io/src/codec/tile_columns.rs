@@ -6,12 +6,12 @@ use dsm_core::{PixelLists, PixelListsView, Transmittance};
 
 use super::packed::{Differences, pack, should_difference, unpack_planes, unshuffle};
 use super::{Block, Codec, words};
-use crate::error::{Place, check_limit};
+use crate::error::{Error, Place, Result, check_limit};
 use crate::format::container::Container;
 use crate::format::directory::TileEntry;
 use crate::format::encoded_tile::EncodedTile;
+use crate::limits::Limits;
 use crate::tile_id::{TileId, TileRect};
-use crate::{Error, Limits, Result};
 
 /// A column of a tile of any kind of map.
 #[derive(Clone, Copy, Debug)]

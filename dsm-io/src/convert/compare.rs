@@ -7,14 +7,17 @@ use dsm_core::{
 };
 use rayon::prelude::*;
 
+use super::report::ImportReport;
 use super::rows::ExactFunction;
-use super::{ImportReport, MapSource};
+use super::source::MapSource;
+use crate::achieved_error::AchievedError;
 use crate::blocks::{BLOCKS_A_THREAD, Blocks, is_empty, stated_depth_error};
+use crate::error::{Error, Result};
 use crate::format::level::Level;
+use crate::reader::MapReader;
 use crate::region::Region;
 use crate::tile_id::TileRect;
 use crate::worst_pixel::WorstPixel;
-use crate::{AchievedError, Error, MapReader, Result};
 
 /// Rows of images that are compared at a time: bounds the memory.
 const BAND: u32 = 64;

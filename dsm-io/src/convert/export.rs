@@ -3,57 +3,19 @@
 use std::path::Path;
 
 use deep_exr::{
-    Block, ChunkEncoder, Compression, DeepExrWriter, EncodedChunk, Layout, SampleType, WriteOptions,
+    Block, ChunkEncoder, DeepExrWriter, EncodedChunk, Layout, SampleType, WriteOptions,
 };
-use dsm_core::{Rgb, Tolerance, Transmittance, VisibilityView};
+use dsm_core::{Rgb, Transmittance, VisibilityView};
 use rayon::prelude::*;
 
-use super::MapSource;
+use super::export_options::ExportOptions;
 use super::function_samples::FunctionSampler;
 use super::image_options::image_options;
 use super::rows::SourceRows;
+use super::source::MapSource;
+use crate::error::{Error, Result};
 use crate::format::atomic_file::AtomicFile;
 use crate::region::Region;
-use crate::{Error, Result};
-
-/// How a map is written as a deep OpenEXR.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ExportOptions {
-    /// Scan lines or tiles.
-    pub layout: Layout,
-    /// How opacities are stored.
-    pub sample_type: SampleType,
-    /// How chunks are compressed.
-    pub compression: Compression,
-    /// How far volumes may be off the ramps that they stand for, at least
-    /// [`Self::LEAST_ERROR`]. Default 1e-5.
-    pub error: Tolerance,
-    /// Whether the file says in `deepImageState` that its samples are tidy,
-    /// which they are. Not the default: several versions of the official
-    /// Python client refuse files with that attribute.
-    pub deep_image_state: bool,
-}
-
-impl ExportOptions {
-    /// The smallest error that can be asked for: a few roundings of 32-bit
-    /// opacities.
-    pub const LEAST_ERROR: f32 = 1e-6;
-
-    /// The error when none is asked for.
-    pub const DEFAULT_ERROR: f32 = 1e-5;
-}
-
-impl Default for ExportOptions {
-    fn default() -> Self {
-        Self {
-            layout: Layout::default(),
-            sample_type: SampleType::default(),
-            compression: Compression::default(),
-            error: Tolerance::new(Self::DEFAULT_ERROR).unwrap_or_default(),
-            deep_image_state: false,
-        }
-    }
-}
 
 /// What an export wrote.
 #[derive(Clone, Debug, PartialEq)]

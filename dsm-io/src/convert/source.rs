@@ -7,13 +7,17 @@ use deep_exr::{AlphaChannels, DeepExrReader, Header, Window};
 use dsm_core::{DepthKind, MapInfo, PixelWindow, ShadowCamera, Tolerance, Transmittance};
 use glam::Mat4;
 
-use super::ImportReport;
+use super::report::ImportReport;
 use super::rows::SourceRows;
+use crate::achieved_error::AchievedError;
+use crate::attribute::Attribute;
 use crate::blocks::stated_depth_error;
-use crate::error::check_limit;
+use crate::error::{Error, Result, check_limit};
+use crate::limits::Limits;
+use crate::metadata::Metadata;
+use crate::reader::MapReader;
 use crate::region::Region;
 use crate::tile_id::TileRect;
-use crate::{AchievedError, Attribute, Error, Limits, MapReader, Metadata, Result};
 
 /// A file whose pixels are, or can be made, visibility functions.
 #[derive(Debug)]

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-use crate::{Error, Result};
+use crate::error::{Error, Result};
 
 /// What a file system's file can do, so that tests can have one that fails.
 pub(super) trait OutputFile: Write + Seek + Send {

@@ -7,11 +7,14 @@ use super::extent::check_cover;
 use super::level::{LEVEL_BYTES, Level, broken_order};
 use super::prologue::Prologue;
 use super::section::{SECTION_ENTRY_BYTES, Section};
-use crate::error::{Place, check_limit};
+use crate::achieved_error::AchievedError;
+use crate::error::{Error, Place, Result, check_limit};
+use crate::limits::Limits;
 use crate::section_kind::SectionKind;
-use crate::source::{MappedFile, Memory, Source};
+use crate::source::Source;
+use crate::source::mapped::MappedFile;
+use crate::source::memory::Memory;
 use crate::tile_id::{TileId, TileRect};
-use crate::{AchievedError, Error, Limits, Result};
 
 /// An open `.dsm` file of any kind of map.
 ///

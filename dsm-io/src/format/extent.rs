@@ -2,8 +2,7 @@
 
 use crc_fast::{CrcAlgorithm, Digest};
 
-use crate::error::Place;
-use crate::{Error, Result};
+use crate::error::{Error, Place, Result};
 
 /// Every extent begins at a multiple of this, in bytes: a cache line.
 pub(super) const ALIGNMENT: u64 = 64;

@@ -2,8 +2,7 @@
 
 use super::extent::Extent;
 use super::{field, put, reserved_is_valid, u32_at, u64_at};
-use crate::Result;
-use crate::error::{Error, Place};
+use crate::error::{Error, Place, Result};
 use crate::section_kind::SectionKind;
 
 /// Length of an entry of the section table, in bytes.

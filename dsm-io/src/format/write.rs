@@ -10,10 +10,11 @@ use super::level::{Level, broken_order};
 use super::prologue::{PROLOGUE_BYTES, Prologue};
 use super::section::Section;
 use super::version::MINOR;
-use crate::error::check_limit;
+use crate::achieved_error::AchievedError;
+use crate::error::{Error, Result, check_limit};
+use crate::limits::Limits;
 use crate::section_kind::SectionKind;
 use crate::tile_id::TileId;
-use crate::{AchievedError, Error, Limits, Result};
 
 /// Writes a `.dsm` file of any kind of map.
 ///

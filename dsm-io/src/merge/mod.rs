@@ -7,7 +7,9 @@ use std::path::Path;
 
 use dsm_core::Tolerance;
 
-use crate::{Error, MapReader, Result};
+use crate::crop::Crop;
+use crate::error::{Error, Result};
+use crate::reader::MapReader;
 
 /// What was made of several maps.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,7 +88,7 @@ pub fn merge(
 }
 
 /// Which pixels a file has, of which map.
-fn pixels(map: &MapReader) -> ([u32; 2], Option<crate::Crop>) {
+fn pixels(map: &MapReader) -> ([u32; 2], Option<Crop>) {
     let whole = map.whole_metadata();
     ([whole.width, whole.height], map.crop())
 }

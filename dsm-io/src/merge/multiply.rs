@@ -6,17 +6,20 @@ use dsm_core::{Rgb, Tolerance, Transmittance, VisibilityProduct};
 use rayon::prelude::*;
 
 use super::{MergeReport, refuse};
+use crate::achieved_error::AchievedError;
 use crate::blocks::{
     BLOCKS_A_THREAD, Blocks, is_empty, stated_depth_error, stated_error, tiles_of,
 };
 use crate::codec::{Block, Codec};
+use crate::error::{Error, Result};
 use crate::format::encoded_tile::EncodedTile;
 use crate::format::level::Level;
 use crate::format::write::ContainerWriter;
 use crate::measured_pixels::MeasuredPixels;
+use crate::metadata::Metadata;
+use crate::reader::MapReader;
 use crate::region::AnyRegion;
-use crate::tile_id::TileRect;
-use crate::{AchievedError, Error, MapReader, Metadata, Result, TileId};
+use crate::tile_id::{TileId, TileRect};
 
 /// Multiplies level 0 of maps of the same pixels.
 pub(super) fn multiply(

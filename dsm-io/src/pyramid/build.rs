@@ -10,8 +10,12 @@ use super::plan::{Plan, PyramidOptions};
 use super::source::PyramidSource;
 use super::tile_levels::TileLevels;
 use super::traversal::{Step, Traversal};
+use crate::achieved_error::AchievedError;
+use crate::error::{Error, Result};
+use crate::format::encoded_tile::EncodedTile;
 use crate::format::level::Level;
-use crate::{AchievedError, EncodedTile, Error, MapWriter, Result, TileId};
+use crate::tile_id::TileId;
+use crate::writer::MapWriter;
 
 /// Tiles that are worked on together, for each thread.
 const TILES_A_THREAD: usize = 4;

@@ -2,7 +2,7 @@
 
 use dsm_core::{MipPyramid, Tolerance};
 
-use crate::{Error, Result};
+use crate::error::{Error, Result};
 
 /// Which levels a pyramid has, and how much each may be off.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,10 +7,14 @@ use dsm_core::{Rgb, Transmittance};
 use super::build::build_pyramid;
 use super::plan::PyramidOptions;
 use super::source::{PyramidSource, SourceTile};
+use crate::achieved_error::AchievedError;
+use crate::codec::Block;
+use crate::error::{Error, Result};
 use crate::format::directory::TileDirectory;
-use crate::{
-    AchievedError, Block, Error, MapReader, MapWriter, Result, Tile, TileId, WriteOptions,
-};
+use crate::reader::MapReader;
+use crate::tile::Tile;
+use crate::tile_id::TileId;
+use crate::writer::{MapWriter, WriteOptions};
 
 /// Writes `map` to `output` with the levels of a pyramid that `options` ask
 /// for; any it has already are replaced. `progress` is told how many of how

@@ -4,8 +4,7 @@ use std::io::Read;
 use std::path::Path;
 
 use super::{Source, open_regular};
-use crate::error::check_limit;
-use crate::{Error, Result};
+use crate::error::{Error, Result, check_limit};
 
 /// A file's bytes in memory: nothing that happens to the file matters.
 #[derive(Clone, Debug, PartialEq, Eq)]

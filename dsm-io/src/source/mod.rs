@@ -1,16 +1,13 @@
 //! Where a file's bytes come from.
 
-mod mapped;
-mod memory;
+pub(crate) mod mapped;
+pub(crate) mod memory;
 
 use std::fmt::Debug;
 use std::fs::File;
 use std::path::Path;
 
-pub use mapped::MappedFile;
-pub use memory::Memory;
-
-use crate::{Error, Result};
+use crate::error::{Error, Result};
 
 /// The bytes of a whole file, which never change.
 pub trait Source: Debug + Send + Sync {

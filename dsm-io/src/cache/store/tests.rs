@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
 use super::*;
-use crate::TileId;
+use crate::tile_id::TileId;
 
 const THREADS: usize = 8;
 
