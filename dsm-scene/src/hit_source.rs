@@ -1,5 +1,7 @@
 //! The door from a scene to the baker.
 
+use std::sync::Arc;
+
 use dsm_core::{HitSource, TileHits, TileSamples, Transmittance};
 
 use crate::error::{Error, Result};
@@ -14,7 +16,7 @@ use crate::view::ViewRaster;
 ///
 /// let scene = builtin_scene("spinning-sphere")?;
 /// let traced = TracedScene::new(&scene)?;
-/// let source = SceneHitSource::new(&traced, scene.light.raster([32, 32])?);
+/// let source = SceneHitSource::new(traced, scene.light.raster([32, 32])?);
 ///
 /// let sampling = PixelSampling::new(4, 0)?;
 /// let camera = source.raster().shadow_camera();
@@ -25,17 +27,17 @@ use crate::view::ViewRaster;
 /// assert!(hits.surface_count() as u32 > samples.len());
 /// # Ok::<(), dsm_scene::Error>(())
 /// ```
-pub struct SceneHitSource<'a> {
-    scene: &'a TracedScene,
+pub struct SceneHitSource {
+    scene: Arc<TracedScene>,
     raster: ViewRaster,
     near: f64,
 }
 
-impl<'a> SceneHitSource<'a> {
+impl SceneHitSource {
     /// Looks at `scene` through `raster`.
     #[must_use]
-    pub fn new(scene: &'a TracedScene, raster: ViewRaster) -> Self {
-        Self { scene, raster, near: 0.0 }
+    pub fn new(scene: impl Into<Arc<TracedScene>>, raster: ViewRaster) -> Self {
+        Self { scene: scene.into(), raster, near: 0.0 }
     }
 
     /// The same source without what lies at `depth` or nearer: what stands
@@ -53,7 +55,7 @@ impl<'a> SceneHitSource<'a> {
     }
 }
 
-impl<T: Transmittance> HitSource<T> for SceneHitSource<'_> {
+impl<T: Transmittance> HitSource<T> for SceneHitSource {
     type Error = Error;
 
     fn hits(&self, samples: &TileSamples, hits: &mut TileHits<T>) -> Result<()> {

@@ -2,9 +2,11 @@
 
 use std::convert::Infallible;
 use std::marker::PhantomData;
+use std::sync::Arc;
 
 use dsm_core::random::golden;
 use dsm_core::{AreaLight, LightVisibility, OcclusionTracer, Transmittance};
+use dsm_trace::LightMean;
 use glam::DVec3;
 
 use crate::trace::{Ray, TracedScene};
@@ -18,25 +20,25 @@ use crate::trace::{Ray, TracedScene};
 ///
 /// let scene = builtin_scene("pipes")?;
 /// let traced = TracedScene::new(&scene)?;
-/// let reference = SceneReference::<f32>::new(&traced).with_rays(64);
+/// let reference = SceneReference::<f32>::new(traced).with_rays(64);
 /// let light = scene.light.area()?;
 /// let Ok(lit) = reference.visibility(DVec3::new(6.0, 0.01, 6.0), &light, 0);
 /// let Ok(shaded) = reference.visibility(DVec3::new(-0.5, 0.01, -0.7), &light, 0);
 /// assert!(lit == 1.0 && shaded < 0.7);
 /// # Ok::<(), dsm_scene::Error>(())
 /// ```
-pub struct SceneReference<'a, T> {
-    scene: &'a TracedScene,
+pub struct SceneReference<T> {
+    scene: Arc<TracedScene>,
     rays: u32,
     start: f64,
     value: PhantomData<fn() -> T>,
 }
 
-impl<'a, T: Transmittance> SceneReference<'a, T> {
+impl<T: Transmittance> SceneReference<T> {
     /// 256 rays a light, which start 10⁻⁴ scene units from the receiver.
     #[must_use]
-    pub fn new(scene: &'a TracedScene) -> Self {
-        Self { scene, rays: 256, start: 1e-4, value: PhantomData }
+    pub fn new(scene: impl Into<Arc<TracedScene>>) -> Self {
+        Self { scene: scene.into(), rays: 256, start: 1e-4, value: PhantomData }
     }
 
     /// The same with another number of rays, at least 1. A point light takes
@@ -59,7 +61,7 @@ impl<'a, T: Transmittance> SceneReference<'a, T> {
     }
 }
 
-impl<T: Transmittance> OcclusionTracer for SceneReference<'_, T> {
+impl<T: Transmittance> OcclusionTracer for SceneReference<T> {
     type Value = T;
     type Error = Infallible;
 
@@ -68,7 +70,7 @@ impl<T: Transmittance> OcclusionTracer for SceneReference<'_, T> {
     }
 }
 
-impl<T: Transmittance> LightVisibility for SceneReference<'_, T> {
+impl<T: Transmittance> LightVisibility for SceneReference<T> {
     type Value = T;
     type Error = Infallible;
 
@@ -77,15 +79,12 @@ impl<T: Transmittance> LightVisibility for SceneReference<'_, T> {
         let is_point = light.shape() == dsm_core::LightShape::Point;
         let rays = if is_point && !self.scene.is_moving() { 1 } else { self.rays };
         let mut tracer = self.scene.tracer();
-        let mut sum = T::BLOCKED.to_sum();
+        let mut mean = LightMean::new();
         let first = golden(0.0, seed as f64);
         for (index, point) in light.samples(receiver, rays, seed).enumerate() {
             let time = golden(first, index as f64);
-            let value: T = tracer.transmittance(&self.shadow_ray(receiver, point, time));
-            let value = value.to_sum();
-            sum.as_mut().iter_mut().zip(value.as_ref()).for_each(|(sum, part)| *sum += part);
+            mean.add(tracer.transmittance(&self.shadow_ray(receiver, point, time)));
         }
-        sum.as_mut().iter_mut().for_each(|part| *part /= f64::from(rays));
-        Ok(T::from_sum(sum))
+        Ok(mean.of(rays))
     }
 }

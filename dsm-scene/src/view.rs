@@ -309,10 +309,7 @@ impl ViewRaster {
                 DVec4::new(0.5, 0.5, 0.0, 1.0),
             )
         };
-        ShadowCamera {
-            world_to_camera: Some(view.as_mat4()),
-            world_to_ndc: Some((projection * view).as_mat4()),
-        }
+        ShadowCamera { world_to_camera: Some(view), world_to_ndc: Some(projection * view) }
     }
 }
 

@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use dsm_core::{HitSource, PixelSampling, Rgb, TileHits, TileSamples};
 use dsm_scene::{
@@ -30,8 +31,8 @@ where
 
 /// Compares both, and returns how many hits they agree on.
 fn check(scene: &Scene, view: ViewRaster, near: f32, name: &str) -> usize {
-    let traced = TracedScene::new(scene).unwrap();
-    let tracer = SceneHitSource::new(&traced, view).beyond(near);
+    let traced = Arc::new(TracedScene::new(scene).unwrap());
+    let tracer = SceneHitSource::new(Arc::clone(&traced), view).beyond(near);
     let rasterizer = SceneRasterizer::<Rgb>::new(scene, view).unwrap().beyond(near);
     let camera = view.shadow_camera();
     let sampling = PixelSampling::new(5, 2).unwrap();
@@ -118,8 +119,8 @@ fn normals_are_those_of_the_tracer() {
         let [mut rastered, mut traced] =
             [0, 1].map(|_| TileHits::<f32>::with_normals(samples.len()));
         SceneRasterizer::new(&scene, view).unwrap().hits(&samples, &mut rastered).unwrap();
-        let tracer = TracedScene::new(&scene).unwrap();
-        SceneHitSource::new(&tracer, view).hits(&samples, &mut traced).unwrap();
+        let tracer = Arc::new(TracedScene::new(&scene).unwrap());
+        SceneHitSource::new(Arc::clone(&tracer), view).hits(&samples, &mut traced).unwrap();
         let planes = |hits: &TileHits<f32>| {
             let surfaces: Vec<_> = hits.surfaces().collect();
             let plane = |&(hit, normal): &(u32, Vec3)| {

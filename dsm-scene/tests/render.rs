@@ -4,6 +4,7 @@
 
 use std::convert::Infallible;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use dsm_core::{AreaLight, LightVisibility, Rgb, Transmittance};
 use dsm_scene::{
@@ -32,10 +33,10 @@ fn grey(opacity: f32) -> Rgb {
 }
 
 fn render<T: Transmittance>(objects: Vec<Object>, light: DVec3, settings: RenderSettings) -> Image {
-    let traced = TracedScene::new(&Scene::of_objects(objects)).unwrap();
+    let traced = Arc::new(TracedScene::new(&Scene::of_objects(objects)).unwrap());
     let camera = CAMERA.raster(CAMERA.resolution).unwrap();
-    let renderer = Renderer::new(&traced, camera, AreaLight::point(light), settings);
-    let shadow = SceneReference::<T>::new(&traced);
+    let renderer = Renderer::new(Arc::clone(&traced), camera, AreaLight::point(light), settings);
+    let shadow = SceneReference::<T>::new(Arc::clone(&traced));
     let Ok(image) = renderer.render(&shadow, |_| ControlFlow::Continue(()));
     image.unwrap()
 }
@@ -138,14 +139,14 @@ fn media_are_as_bright_as_they_are_dense() {
 #[test]
 fn threads_change_no_bit_and_seeds_do() {
     let scene = dsm_scene::builtin_scene("hairball").unwrap();
-    let traced = TracedScene::new(&scene).unwrap();
+    let traced = Arc::new(TracedScene::new(&scene).unwrap());
     let light = scene.light.area().unwrap();
     let render = |threads, seed| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let camera = scene.camera.raster([45, 33]).unwrap();
         let settings = RenderSettings::new(2, seed).unwrap();
-        let renderer = Renderer::new(&traced, camera, light, settings);
-        let shadow = SceneReference::<f32>::new(&traced).with_rays(2);
+        let renderer = Renderer::new(Arc::clone(&traced), camera, light, settings);
+        let shadow = SceneReference::<f32>::new(Arc::clone(&traced)).with_rays(2);
         let Ok(image) = pool.install(|| renderer.render(&shadow, |_| ControlFlow::Continue(())));
         image.unwrap()
     };
@@ -166,12 +167,12 @@ fn a_picture_can_be_broken_off_and_a_shadow_can_fail() {
         }
     }
     let scene = Scene::of_objects(vec![square(0.0, 0.0, 0.0, 9.0)]);
-    let traced = TracedScene::new(&scene).unwrap();
+    let traced = Arc::new(TracedScene::new(&scene).unwrap());
     let camera = CAMERA.raster([40, 40]).unwrap();
     let light = AreaLight::point(DVec3::Y);
-    let renderer = Renderer::new(&traced, camera, light, settings(1));
+    let renderer = Renderer::new(Arc::clone(&traced), camera, light, settings(1));
     assert_eq!(renderer.render(&Failing, |_| ControlFlow::Continue(())), Err("no light"));
-    let shadow = SceneReference::<f32>::new(&traced);
+    let shadow = SceneReference::<f32>::new(Arc::clone(&traced));
     let stop = |progress: dsm_scene::RenderProgress| {
         assert_eq!(progress.blocks, 9);
         if progress.done > 2 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

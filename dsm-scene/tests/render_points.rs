@@ -5,7 +5,7 @@
 use std::collections::HashSet;
 use std::convert::Infallible;
 use std::ops::ControlFlow;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 
 use dsm_core::{AreaLight, Facing, LightVisibility, Rgb, ShadedPoint};
 use dsm_scene::{
@@ -48,10 +48,10 @@ fn look(
     let eye = DVec3::new(0.0, f64::from(height), 0.0);
     let view = View { eye, target: DVec3::ZERO, up: DVec3::NEG_Z };
     let camera = Camera { view, fov: 90.0, resolution: [side; 2] };
-    let traced = TracedScene::new(&Scene::of_objects(objects)).unwrap();
+    let traced = Arc::new(TracedScene::new(&Scene::of_objects(objects)).unwrap());
     let light = AreaLight::point(DVec3::new(0.0, 50.0, 0.0));
     let camera = camera.raster(camera.resolution).unwrap();
-    let renderer = Renderer::new(&traced, camera, light, settings);
+    let renderer = Renderer::new(Arc::clone(&traced), camera, light, settings);
     let spy = Spy(Mutex::default(), factor);
     let Ok(image) = renderer.render(&spy, |_| ControlFlow::Continue(()));
     (image.unwrap(), spy.0.into_inner().unwrap())

@@ -2,14 +2,17 @@
 //! them.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
 use dsm_core::{AreaLight, LightExtent, LightShape, LightVisibility, Transmittance};
 use dsm_io::{Container, Limits};
+use dsm_trace::{LightFrame, TraceStatistics};
 use mtsm::{
-    FilteredLayers, FragmentTracer, LayeredKind, LayeredReader, LeafRule, LightFrame,
-    MultilayerTracer, SoftPercentageCloser, TraceSettings, TraceStatistics, TracedMap,
+    FilteredLayers, LayeredKind, LayeredReader, LeafRule, MultilayerTracer, SoftPercentageCloser,
+    TraceSettings, TracedMap,
 };
+use shadow_maps::fragments::FragmentTracer;
 
 /// The layered map in a file; none if it is of another kind.
 pub(crate) fn open(path: &Path) -> Result<Option<LayeredReader>> {
@@ -72,7 +75,7 @@ pub(crate) trait AreaVisitor {
 /// Soft shadows of a layered map.
 pub(crate) trait AreaShadow: LightVisibility<Error = std::convert::Infallible> {
     /// The light's frame.
-    fn frame(&self) -> &mtsm::LightFrame;
+    fn frame(&self) -> &dsm_trace::LightFrame;
 
     /// What was asked so far.
     fn statistics(&self) -> TraceStatistics;
@@ -84,8 +87,8 @@ pub(crate) trait AreaShadow: LightVisibility<Error = std::convert::Infallible> {
     }
 }
 
-impl<M: TracedMap> AreaShadow for MultilayerTracer<'_, M> {
-    fn frame(&self) -> &mtsm::LightFrame {
+impl<M: TracedMap> AreaShadow for MultilayerTracer<M> {
+    fn frame(&self) -> &dsm_trace::LightFrame {
         self.frame()
     }
 
@@ -94,8 +97,8 @@ impl<M: TracedMap> AreaShadow for MultilayerTracer<'_, M> {
     }
 }
 
-impl<T: Transmittance> AreaShadow for FragmentTracer<'_, T> {
-    fn frame(&self) -> &mtsm::LightFrame {
+impl<T: Transmittance> AreaShadow for FragmentTracer<T> {
+    fn frame(&self) -> &dsm_trace::LightFrame {
         self.map().frame()
     }
 
@@ -108,8 +111,8 @@ impl<T: Transmittance> AreaShadow for FragmentTracer<'_, T> {
     }
 }
 
-impl<M: TracedMap> AreaShadow for SoftPercentageCloser<'_, M> {
-    fn frame(&self) -> &mtsm::LightFrame {
+impl<M: TracedMap> AreaShadow for SoftPercentageCloser<M> {
+    fn frame(&self) -> &dsm_trace::LightFrame {
         self.frame()
     }
 
@@ -138,24 +141,24 @@ fn with_channels<T: Transmittance, V: AreaVisitor>(
 ) -> Result<V::Output> {
     let path = reader.container().path().unwrap_or(Path::new("")).display().to_string();
     match reader.kind() {
-        LayeredKind::Mtsm => with_map(&reader.multilayer_map::<T>()?, method, visitor, &path),
+        LayeredKind::Mtsm => with_map(reader.multilayer_map::<T>()?, method, visitor, &path),
         LayeredKind::Layers => {
-            with_map(&reader.multilayer_depth_map::<T>()?, method, visitor, &path)
+            with_map(reader.multilayer_depth_map::<T>()?, method, visitor, &path)
         }
         LayeredKind::Fragments => {
             let AreaMethod::Trace { rays, start, layers } = method else {
-                bail!("{path}: fragments are traced; --coverage 1 makes layers to filter");
+                bail!("{path}: fragments are traced; maps of kind layers or mtsm can be filtered");
             };
             if layers.is_given() {
                 bail!(
                     "{path}: fragments have planes; --rule and --z-threshold are for maps of kind \
-                     mtsm, and layers of --coverage 1"
+                     mtsm or layers"
                 );
             }
             let map = reader.fragment_map::<T>()?;
             let light = visitor.light(map.frame())?;
             // Before the rest is set, so that map and light alone decide.
-            let tracer = FragmentTracer::new(&map).with_context(|| path.clone())?;
+            let tracer = FragmentTracer::new(map).with_context(|| path.clone())?;
             let tracer = tracer.for_light(&light).with_rays(rays);
             visitor.visit(&match start {
                 Some(start) => tracer.with_start(start, start),
@@ -167,7 +170,7 @@ fn with_channels<T: Transmittance, V: AreaVisitor>(
 }
 
 fn with_map<M: TracedMap, V: AreaVisitor>(
-    map: &M,
+    map: M,
     method: AreaMethod,
     visitor: V,
     path: &str,
@@ -182,11 +185,12 @@ fn with_map<M: TracedMap, V: AreaVisitor>(
                 rays,
                 ..default
             };
-            let tracer = MultilayerTracer::new(map, settings).with_context(|| path.to_owned())?;
+            let tracer =
+                MultilayerTracer::new(Arc::new(map), settings).with_context(|| path.to_owned())?;
             visitor.visit(&tracer)
         }
         AreaMethod::Pcf { taps, bias } => {
-            let filter = SoftPercentageCloser::new(map, FilteredLayers::All)
+            let filter = SoftPercentageCloser::new(Arc::new(map), FilteredLayers::All)
                 .and_then(|filter| filter.with_taps(taps))
                 .and_then(|filter| match bias {
                     Some(bias) => filter.with_bias(bias),

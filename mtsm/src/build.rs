@@ -5,13 +5,15 @@ use std::ops::{ControlFlow, Range};
 use std::sync::{Mutex, PoisonError};
 
 use dsm_core::{BakeProgress, Baker, Error, HitSource, Result, SampledPixel, Transmittance};
+use dsm_io::RowOrder;
+use dsm_trace::LightFrame;
 
-use crate::row_order::RowOrder;
+use crate::depth_layers::{DepthLayers, MultilayerDepthMap};
+use crate::layer::Layer;
+use crate::layered_pixels::{LayeredPixels, LayeredPixelsBuilder};
+use crate::multilayer_map::MultilayerMap;
+use crate::multilayer_settings::{LayeredInfo, MultilayerSettings};
 use crate::run_builder::RunBuilder;
-use crate::{
-    DepthLayers, Layer, LayeredInfo, LayeredPixels, LayeredPixelsBuilder, MultilayerDepthMap,
-    MultilayerMap, MultilayerSettings,
-};
 
 /// Bakes multilayer transparent shadow maps: the construction of deep shadow
 /// maps, with the number of samples between layers, and with runs. Where the
@@ -60,10 +62,15 @@ impl<T: Transmittance, S: HitSource<T>> MultilayerBaker<T, S> {
     ///
     /// # Errors
     ///
-    /// [`Error::Setting`] for settings out of range, and [`Error::Camera`] for
-    /// a camera without a matrix.
+    /// [`Error::Setting`] for settings out of range, and [`Error::Camera`] for a camera
+    /// that shadow rays could not be traced with ([`LightFrame::new`]). A map without
+    /// any can only be filtered.
     pub fn new(source: S, settings: MultilayerSettings) -> Result<Self> {
         settings.check()?;
+        let MultilayerSettings { bake, light_depth, .. } = &settings;
+        if let Some(camera) = &bake.camera {
+            LightFrame::new(camera, bake.size, f64::from(*light_depth))?;
+        }
         let baker = Baker::new(source, settings.bake.clone())?;
         Ok(Self { baker, settings, spare: Mutex::default() })
     }

@@ -2,9 +2,9 @@
 //! 2007, §4.2).
 
 use dsm_core::{Error, Result, SurfaceHit, Transmittance, VisibilityField};
+use dsm_io::PixelBlock;
 
-use crate::LayeredInfo;
-use crate::row_order::PixelBlock;
+use crate::multilayer_settings::LayeredInfo;
 
 /// The layers of a rectangle of pixels, of a map or of a tile: each a depth and
 /// an opacity, row by row and front to back.

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use dsm_core::{Error, PixelLists, PixelListsBuilder, Result, Transmittance, Vertex};
 
-use crate::{Layer, LayerRun};
+use crate::layer::{Layer, LayerRun};
 
 /// The layers of a rectangle of pixels, of a map or of a tile: pixel by pixel
 /// and row by row runs, run by run layers.

@@ -3,7 +3,7 @@
 
 use dsm_core::{SurfaceHit, Transmittance};
 
-use crate::LayerRun;
+use crate::layer::LayerRun;
 
 /// How a layer that counts several samples is taken apart again.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,9 +1,10 @@
 //! Multilayer transparent shadow maps in memory.
 
 use dsm_core::{DeepMap, PixelListsBuilder, Result, Transmittance, VisibilityField};
+use dsm_io::PixelBlock;
 
-use crate::row_order::PixelBlock;
-use crate::{LayeredInfo, LayeredPixels};
+use crate::layered_pixels::LayeredPixels;
+use crate::multilayer_settings::LayeredInfo;
 
 /// A multilayer transparent shadow map (Xie, Tabellion & Pearce 2007, §5).
 ///

@@ -3,16 +3,19 @@
 
 use std::convert::Infallible;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use dsm_core::{AreaLight, Error, LightVisibility, OcclusionTracer, Result, Transmittance};
+use dsm_trace::{
+    LightFrame, LightMean, MinMaxPyramid, ShadowRay, TraceCounters, TraceStatistics,
+    walk_every_pixel, walk_pixels,
+};
 use glam::DVec3;
 
-use crate::leaf_rule::{Interval, RayLight};
-use crate::trace_statistics::TraceCounters;
-use crate::{
-    LayeredInfo, LeafRule, LightFrame, MinMaxPyramid, MultilayerDepthMap, MultilayerMap, ShadowRay,
-    TraceStatistics, walk_every_pixel, walk_pixels,
-};
+use crate::depth_layers::MultilayerDepthMap;
+use crate::leaf_rule::{Interval, LeafRule, RayLight};
+use crate::multilayer_map::MultilayerMap;
+use crate::multilayer_settings::LayeredInfo;
 
 /// How a map of layers is traced.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,7 +75,7 @@ mod sealed {
     use crate::leaf_rule::{Interval, RayLight};
 
     /// The layers of a map's pixels, as a shadow ray meets them.
-    pub trait Layers: Sync {
+    pub trait Layers: Send + Sync {
         /// Mono or coloured.
         type Value: Transmittance;
 
@@ -203,8 +206,8 @@ type Sum<M> = <<M as sealed::Layers>::Value as Transmittance>::Sum;
 /// ([`Self::statistics`] counts both). Lights may be of any size: what the map
 /// does not show of one casts no shadow.
 #[derive(Debug)]
-pub struct MultilayerTracer<'a, M> {
-    map: &'a M,
+pub struct MultilayerTracer<M> {
+    map: Arc<M>,
     frame: LightFrame,
     pyramid: MinMaxPyramid,
     range: Option<[f32; 2]>,
@@ -213,16 +216,16 @@ pub struct MultilayerTracer<'a, M> {
     counters: TraceCounters,
 }
 
-impl<'a, M: TracedMap> MultilayerTracer<'a, M> {
+impl<M: TracedMap> MultilayerTracer<M> {
     /// A tracer of `map`. O(pixels).
     ///
     /// # Errors
     ///
     /// [`Error::Setting`] for settings out of range, [`Error::Camera`] if the map
     /// has no perspective camera.
-    pub fn new(map: &'a M, settings: TraceSettings) -> Result<Self> {
+    pub fn new(map: Arc<M>, settings: TraceSettings) -> Result<Self> {
         settings.check()?;
-        let frame = map_frame(map)?;
+        let frame = map_frame(&*map)?;
         let ranges = |pixel| map.depth_range(pixel);
         let pyramid = MinMaxPyramid::of_depths(map.size(), settings.depth_threshold, ranges)?;
         let range = pyramid.range();
@@ -310,7 +313,7 @@ impl<'a, M: TracedMap> MultilayerTracer<'a, M> {
     }
 }
 
-impl<M: TracedMap> OcclusionTracer for MultilayerTracer<'_, M> {
+impl<M: TracedMap> OcclusionTracer for MultilayerTracer<M> {
     type Value = M::Value;
     type Error = Infallible;
 
@@ -327,7 +330,7 @@ impl<M: TracedMap> OcclusionTracer for MultilayerTracer<'_, M> {
     }
 }
 
-impl<M: TracedMap> LightVisibility for MultilayerTracer<'_, M> {
+impl<M: TracedMap> LightVisibility for MultilayerTracer<M> {
     type Value = M::Value;
     type Error = Infallible;
 
@@ -338,16 +341,11 @@ impl<M: TracedMap> LightVisibility for MultilayerTracer<'_, M> {
         seed: u64,
     ) -> std::result::Result<M::Value, Infallible> {
         let mut counted = TraceStatistics::default();
-        let mut sum = M::Value::BLOCKED.to_sum();
+        let mut mean = LightMean::<M::Value>::new();
         for point in light.samples(receiver, self.settings.rays, seed) {
-            let left = self.trace(receiver, point, &mut counted);
-            for (sum, left) in sum.as_mut().iter_mut().zip(left.as_ref()) {
-                *sum += left;
-            }
+            mean.add_sum(self.trace(receiver, point, &mut counted));
         }
         self.counters.add(counted);
-        let rays = f64::from(self.settings.rays);
-        let mean = M::Value::sum_from_channels(|channel| sum.as_ref()[channel] / rays);
-        Ok(M::Value::from_sum(mean))
+        Ok(mean.of(self.settings.rays))
     }
 }

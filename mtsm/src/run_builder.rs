@@ -6,7 +6,7 @@ use dsm_core::{
     TransmittanceBuilder, TransmittanceFunction, Vertex, VisibilityDifference, VisibilitySweep,
 };
 
-use crate::Layer;
+use crate::layer::Layer;
 use crate::multilayer_settings::MultilayerSettings;
 
 /// The share of ε under which light counts as none, so that a run ends: the rest

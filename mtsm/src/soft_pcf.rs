@@ -2,13 +2,13 @@
 //! with (Xie, Tabellion & Pearce 2007, §3).
 
 use std::convert::Infallible;
+use std::sync::Arc;
 
 use dsm_core::{AreaLight, Error, LightVisibility, Result, Transmittance};
+use dsm_trace::{LightFrame, LightMean, TraceCounters, TraceStatistics};
 use glam::DVec3;
 
 use crate::multilayer_tracer::{TracedMap, map_frame};
-use crate::trace_statistics::TraceCounters;
-use crate::{LightFrame, TraceStatistics};
 
 /// Which layers of a pixel shade.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -33,8 +33,8 @@ pub enum FilteredLayers {
 /// many rays would go through, so that noise cancels where both are compared.
 /// Receivers beside the light are lit, and taps outside the map.
 #[derive(Debug)]
-pub struct SoftPercentageCloser<'a, M> {
-    map: &'a M,
+pub struct SoftPercentageCloser<M> {
+    map: Arc<M>,
     frame: LightFrame,
     /// The largest w of all layers.
     nearest: Option<f64>,
@@ -45,14 +45,14 @@ pub struct SoftPercentageCloser<'a, M> {
     counters: TraceCounters,
 }
 
-impl<'a, M: TracedMap> SoftPercentageCloser<'a, M> {
+impl<M: TracedMap> SoftPercentageCloser<M> {
     /// A filter of 256 taps over `map`, without bias. O(pixels).
     ///
     /// # Errors
     ///
     /// [`Error::Camera`] if the map has no perspective camera.
-    pub fn new(map: &'a M, layers: FilteredLayers) -> Result<Self> {
-        let frame = map_frame(map)?;
+    pub fn new(map: Arc<M>, layers: FilteredLayers) -> Result<Self> {
+        let frame = map_frame(&*map)?;
         let [width, height] = frame.size();
         let ranges = (0..width as usize * height as usize)
             .filter_map(|pixel| map.depth_range(pixel))
@@ -137,7 +137,7 @@ impl<'a, M: TracedMap> SoftPercentageCloser<'a, M> {
     }
 }
 
-impl<M: TracedMap> LightVisibility for SoftPercentageCloser<'_, M> {
+impl<M: TracedMap> LightVisibility for SoftPercentageCloser<M> {
     type Value = M::Value;
     type Error = Infallible;
 
@@ -148,16 +148,11 @@ impl<M: TracedMap> LightVisibility for SoftPercentageCloser<'_, M> {
         seed: u64,
     ) -> std::result::Result<M::Value, Infallible> {
         let mut counted = TraceStatistics::default();
-        let mut sum = M::Value::BLOCKED.to_sum();
+        let mut mean = LightMean::new();
         for point in light.samples(receiver, self.taps, seed) {
-            let left = self.tap(receiver, point, &mut counted).unwrap_or(M::Value::CLEAR);
-            for (channel, sum) in sum.as_mut().iter_mut().enumerate() {
-                *sum += f64::from(left.channel(channel));
-            }
+            mean.add(self.tap(receiver, point, &mut counted).unwrap_or(M::Value::CLEAR));
         }
         self.counters.add(counted);
-        let taps = f64::from(self.taps);
-        let mean = M::Value::sum_from_channels(|channel| sum.as_ref()[channel] / taps);
-        Ok(M::Value::from_sum(mean))
+        Ok(mean.of(self.taps))
     }
 }

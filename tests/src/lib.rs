@@ -1,11 +1,9 @@
 //! Contracts across the libraries: see the tests of this package, which share
 //! what stands here.
 
-pub mod figures;
 pub mod forge;
 pub mod fuzz;
-pub mod pictures;
-pub mod soft_shadows;
+pub mod golden;
 
 /// An error with its causes in one line, as the program prints it.
 #[must_use]

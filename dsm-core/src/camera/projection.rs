@@ -12,16 +12,16 @@ use crate::error::{Error, Result};
 ///
 /// ```
 /// use dsm_core::{MapInfo, MapProjection, ShadowCamera};
-/// use glam::{DVec3, Mat4, Vec4};
+/// use glam::{DMat4, DVec3, DVec4};
 ///
 /// // Looks down −z from the origin; NDC covers [−1, 1]², y up.
-/// let ndc = Mat4::from_rows(
-///     Vec4::new(0.5, 0.0, 0.0, 0.5),
-///     Vec4::new(0.0, -0.5, 0.0, 0.5),
-///     Vec4::Z,
-///     Vec4::W,
+/// let ndc = DMat4::from_rows(
+///     DVec4::new(0.5, 0.0, 0.0, 0.5),
+///     DVec4::new(0.0, -0.5, 0.0, 0.5),
+///     DVec4::Z,
+///     DVec4::W,
 /// );
-/// let camera = ShadowCamera { world_to_camera: Some(Mat4::IDENTITY), world_to_ndc: Some(ndc) };
+/// let camera = ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(ndc) };
 /// let info = MapInfo { camera: Some(camera), ..MapInfo::default() };
 /// let projection = MapProjection::new(&info, [64, 64])?;
 /// let raster = projection.project(DVec3::new(-1.0, 1.0, -3.0));
@@ -123,18 +123,18 @@ impl MapProjection {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{Mat4, Vec4};
+    use glam::DVec4;
 
     /// Looks down −z from the origin; NDC covers [−1, 1]², y up.
     fn info() -> MapInfo {
-        let ndc = Mat4::from_rows(
-            Vec4::new(0.5, 0.0, 0.0, 0.5),
-            Vec4::new(0.0, -0.5, 0.0, 0.5),
-            Vec4::Z,
-            Vec4::W,
+        let ndc = DMat4::from_rows(
+            DVec4::new(0.5, 0.0, 0.0, 0.5),
+            DVec4::new(0.0, -0.5, 0.0, 0.5),
+            DVec4::Z,
+            DVec4::W,
         );
         let camera =
-            ShadowCamera { world_to_camera: Some(Mat4::IDENTITY), world_to_ndc: Some(ndc) };
+            ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(ndc) };
         MapInfo { camera: Some(camera), ..MapInfo::default() }
     }
 
@@ -174,12 +174,16 @@ mod tests {
     #[test]
     fn gradients_are_those_of_depths_a_pixel_apart() {
         // Off the axis of a camera that is turned and stands elsewhere.
-        let view = Mat4::from_rotation_x(0.9)
-            * Mat4::from_rotation_y(0.3)
-            * Mat4::from_translation(glam::Vec3::new(-1.0, -4.0, -2.0));
+        let view = DMat4::from_rotation_x(0.9)
+            * DMat4::from_rotation_y(0.3)
+            * DMat4::from_translation(DVec3::new(-1.0, -4.0, -2.0));
         let ndc = info().camera.unwrap().world_to_ndc.unwrap();
-        let perspective =
-            Mat4::from_cols(ndc.x_axis, ndc.y_axis, Vec4::new(-0.5, -0.5, 1.0, -1.0), Vec4::ZERO);
+        let perspective = DMat4::from_cols(
+            ndc.x_axis,
+            ndc.y_axis,
+            DVec4::new(-0.5, -0.5, 1.0, -1.0),
+            DVec4::ZERO,
+        );
         for ndc in [ndc, perspective] {
             let camera =
                 ShadowCamera { world_to_camera: Some(view), world_to_ndc: Some(ndc * view) };
@@ -199,7 +203,7 @@ mod tests {
                 let along = projection.line_gradient(point, step.normalize()).unwrap();
                 assert!((moved.z - along.dot(moved.truncate())).abs() < 1e-6);
             }
-            let [right, up] = [0, 1].map(|axis| view.as_dmat4().row(axis).truncate());
+            let [right, up] = [0, 1].map(|axis| view.row(axis).truncate());
             let side = projection.pixel_size(point);
             let moved = [right, up].map(|axis| {
                 (projection.project(point + axis * side).unwrap() - at).truncate().length()

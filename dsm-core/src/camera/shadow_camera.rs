@@ -1,6 +1,6 @@
 //! Where a map looks from, and what its depths mean.
 
-use glam::{DMat4, DVec3, DVec4, Mat4};
+use glam::{DMat4, DVec3, DVec4};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
@@ -19,22 +19,61 @@ pub enum DepthKind {
 ///
 /// Column vectors, right-handed world; the camera looks down its −z, so that
 /// depth is −z of camera space. NDC is [0, 1]², x right and y down, over the
-/// display window. Either matrix may be unknown.
+/// display window. Either matrix may be unknown. Matrices of `f32`, as images
+/// carry them, are held as they are: [`Self::projection`] tells what they are off by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ShadowCamera {
     /// World to camera space.
-    pub world_to_camera: Option<Mat4>,
+    pub world_to_camera: Option<DMat4>,
     /// World to NDC, up to the perspective divide.
-    pub world_to_ndc: Option<Mat4>,
+    pub world_to_ndc: Option<DMat4>,
 }
 
 impl ShadowCamera {
     pub(crate) fn matrices(&self) -> Result<(DMat4, DMat4)> {
         match (self.world_to_camera, self.world_to_ndc) {
-            (Some(camera), Some(ndc)) => Ok((camera.as_dmat4(), ndc.as_dmat4())),
+            (Some(camera), Some(ndc)) => Ok((camera, ndc)),
             (None, _) => Err(Error::Camera("the world-to-camera matrix is unknown")),
             (_, None) => Err(Error::Camera("the world-to-NDC matrix is unknown")),
         }
+    }
+
+    /// The matrix from camera space to NDC, up to the perspective divide, and how far
+    /// each of its entries may be off, because the numbers of both matrices are
+    /// rounded: by 2⁻²⁴ of themselves if all of them are `f32`, by 2⁻⁵³ otherwise.
+    ///
+    /// The second matrix has the first one's units, so that what should be 0 can be
+    /// told from what is not wherever the camera stands and however large a unit is.
+    /// It is ∞ or NaN if the camera's matrix has no inverse.
+    ///
+    /// ```
+    /// use dsm_core::ShadowCamera;
+    /// use glam::{DMat4, DVec3};
+    ///
+    /// let view = DMat4::from_translation(DVec3::new(0.0, 0.0, -1e6));
+    /// let camera = ShadowCamera { world_to_camera: Some(view), world_to_ndc: Some(view) };
+    /// let (projection, rounding) = camera.projection()?;
+    /// assert_eq!(projection, DMat4::IDENTITY);
+    /// // A million units away, an `f32` knows a place to some tenths.
+    /// assert!((0.1..1.0).contains(&rounding.w_axis.z));
+    /// assert!(rounding.x_axis.x < 1e-6);
+    /// # Ok::<(), dsm_core::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Camera`] if a matrix is unknown.
+    pub fn projection(&self) -> Result<(DMat4, DMat4)> {
+        let (camera, ndc) = self.matrices()?;
+        let inverse = camera.inverse();
+        let numbers = [camera, ndc].map(|matrix| matrix.to_cols_array());
+        let is_single = numbers.as_flattened().iter().all(|&number| is_single(number));
+        let rounding = if is_single { f64::from(f32::EPSILON) } else { f64::EPSILON } / 2.0;
+        // δ(N·C⁻¹) ≤ |δN|·|C⁻¹| + |N|·|C⁻¹|·|δC|·|C⁻¹|; a row times a column has
+        // four products, and whoever made the matrices rounded each.
+        let across = ndc.abs() * inverse.abs();
+        let off = (across + across * (camera.abs() * inverse.abs())) * (4.0 * rounding);
+        Ok((ndc * inverse, off))
     }
 
     /// Projects a point of the world: its NDC x and y, and its depth. `None`
@@ -81,8 +120,7 @@ pub(crate) struct RayDirections {
 impl RayDirections {
     /// The rays of `camera`.
     pub(crate) fn new(camera: &ShadowCamera) -> Result<Self> {
-        let (camera, ndc) = camera.matrices()?;
-        let projection = ndc * camera.inverse();
+        let (projection, _) = camera.projection()?;
         Ok(Self { rows: [0, 1, 3].map(|row| projection.row(row).truncate()) })
     }
 
@@ -98,23 +136,28 @@ impl RayDirections {
     }
 }
 
+/// Whether a number is an `f32`, or what the shortest decimals of one read as.
+fn is_single(number: f64) -> bool {
+    let single = number as f32;
+    f64::from(single) == number || single.to_string().parse() == Ok(number)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{Vec3, Vec4};
 
-    const PERSPECTIVE: f32 = 1.0;
-    const ORTHOGRAPHIC: f32 = 0.0;
+    const PERSPECTIVE: f64 = 1.0;
+    const ORTHOGRAPHIC: f64 = 0.0;
 
     /// A camera at (1, 2, 5) that looks down −z. Perspective: 90 degrees wide;
     /// orthographic: 2 units wide.
-    fn camera(perspective: f32) -> ShadowCamera {
-        let view = Mat4::from_translation(Vec3::new(-1.0, -2.0, -5.0));
-        let projection = Mat4::from_rows(
-            Vec4::new(0.5, 0.0, -0.5 * perspective, 0.5 * (1.0 - perspective)),
-            Vec4::new(0.0, -0.5, -0.5 * perspective, 0.5 * (1.0 - perspective)),
-            Vec4::Z,
-            Vec4::new(0.0, 0.0, -perspective, 1.0 - perspective),
+    fn camera(perspective: f64) -> ShadowCamera {
+        let view = DMat4::from_translation(DVec3::new(-1.0, -2.0, -5.0));
+        let projection = DMat4::from_rows(
+            DVec4::new(0.5, 0.0, -0.5 * perspective, 0.5 * (1.0 - perspective)),
+            DVec4::new(0.0, -0.5, -0.5 * perspective, 0.5 * (1.0 - perspective)),
+            DVec4::Z,
+            DVec4::new(0.0, 0.0, -perspective, 1.0 - perspective),
         );
         ShadowCamera { world_to_camera: Some(view), world_to_ndc: Some(projection * view) }
     }
@@ -138,6 +181,43 @@ mod tests {
     }
 
     #[test]
+    fn rounding_is_that_of_the_numbers_at_hand() {
+        // A tenth of a unit beside its pinhole, a thousand units out: an f32 can
+        // tell, and a twentieth of a millimetre it cannot.
+        let away = DMat4::from_translation(DVec3::new(1000.0 / 3.0, 0.0, 1000.0));
+        let good = camera(PERSPECTIVE);
+        let moved = |matrix: Option<DMat4>| matrix.map(|matrix| matrix * away);
+        let far = ShadowCamera {
+            world_to_camera: moved(good.world_to_camera),
+            world_to_ndc: moved(good.world_to_ndc),
+        };
+        let single = |matrix: Option<DMat4>| matrix.map(|matrix| matrix.as_mat4().as_dmat4());
+        let rounded = ShadowCamera {
+            world_to_camera: single(far.world_to_camera),
+            world_to_ndc: single(far.world_to_ndc),
+        };
+        let decimals = |matrix: Option<DMat4>| {
+            let read = |number: f64| (number as f32).to_string().parse().unwrap();
+            matrix.map(|matrix| DMat4::from_cols_array(&matrix.to_cols_array().map(read)))
+        };
+        let written = ShadowCamera {
+            world_to_camera: decimals(far.world_to_camera),
+            world_to_ndc: decimals(far.world_to_ndc),
+        };
+        let off = |camera: ShadowCamera| {
+            let (projection, rounding) = camera.projection().unwrap();
+            (projection.w_axis.x.abs(), rounding.w_axis.x)
+        };
+        for camera in [rounded, written] {
+            let (off, most) = off(camera);
+            assert!(off > 1e-9 && off <= most && (5e-5..5e-3).contains(&most), "{off} {most}");
+        }
+        let (off, most) = off(far);
+        assert!(off <= most && most < 1e-11, "{off} {most}");
+        assert!(is_single(0.1_f32.into()) && is_single(0.1) && !is_single(0.1 + 1e-12));
+    }
+
+    #[test]
     fn behind_the_camera_is_nowhere() {
         let camera = camera(PERSPECTIVE);
         assert_eq!(camera.project(DVec3::new(1.0, 2.0, 6.0)).unwrap(), None);
@@ -148,7 +228,7 @@ mod tests {
         let whole = camera(PERSPECTIVE);
         let half = ShadowCamera { world_to_ndc: None, ..whole };
         assert!(half.project(DVec3::ZERO).is_err());
-        let flat = ShadowCamera { world_to_ndc: Some(Mat4::ZERO), ..whole };
+        let flat = ShadowCamera { world_to_ndc: Some(DMat4::ZERO), ..whole };
         assert!(flat.distance_per_depth(0.5, 0.5).is_err());
     }
 }

@@ -238,17 +238,17 @@ impl ShadowLookup {
 ///     AreaLight, DeepMap, FilteredShadow, LightVisibility, MapInfo, PixelListsBuilder, Pyramid,
 ///     ShadowCamera, ShadowLookup, Vertex,
 /// };
-/// use glam::{DVec3, Mat4, Vec4};
+/// use glam::{DMat4, DVec3, DVec4};
 ///
 /// // A light at the origin that looks down −z onto one pixel, which is blocked
 /// // at depth 2.
-/// let ndc = Mat4::from_rows(
-///     Vec4::new(0.5, 0.0, -0.5, 0.0),
-///     Vec4::new(0.0, -0.5, -0.5, 0.0),
-///     Vec4::NEG_Z,
-///     Vec4::NEG_Z,
+/// let ndc = DMat4::from_rows(
+///     DVec4::new(0.5, 0.0, -0.5, 0.0),
+///     DVec4::new(0.0, -0.5, -0.5, 0.0),
+///     DVec4::NEG_Z,
+///     DVec4::NEG_Z,
 /// );
-/// let camera = ShadowCamera { world_to_camera: Some(Mat4::IDENTITY), world_to_ndc: Some(ndc) };
+/// let camera = ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(ndc) };
 /// let info = MapInfo { camera: Some(camera), ..MapInfo::default() };
 /// let mut pixels = PixelListsBuilder::new(1, 1);
 /// pixels.push(Vertex::new(2.0, 1.0));
@@ -324,7 +324,7 @@ mod tests {
     use crate::hits::hit::{RayHits, SurfaceHit};
     use crate::hits::hit_source::RaySource;
     use crate::hits::tile_samples::SamplePoint;
-    use glam::{Mat4, Vec4};
+    use glam::{DMat4, DVec4};
 
     const SIZE: u32 = 32;
 
@@ -332,15 +332,15 @@ mod tests {
     /// 2.
     fn camera(perspective: bool) -> ShadowCamera {
         let (last, row_w) =
-            if perspective { ([-0.5, -0.5], Vec4::NEG_Z) } else { ([0.0, 0.0], Vec4::W) };
+            if perspective { ([-0.5, -0.5], DVec4::NEG_Z) } else { ([0.0, 0.0], DVec4::W) };
         let shift = if perspective { 0.0 } else { 0.5 };
-        let ndc = Mat4::from_rows(
-            Vec4::new(0.5, 0.0, last[0], shift),
-            Vec4::new(0.0, -0.5, last[1], shift),
-            Vec4::NEG_Z,
+        let ndc = DMat4::from_rows(
+            DVec4::new(0.5, 0.0, last[0], shift),
+            DVec4::new(0.0, -0.5, last[1], shift),
+            DVec4::NEG_Z,
             row_w,
         );
-        ShadowCamera { world_to_camera: Some(Mat4::IDENTITY), world_to_ndc: Some(ndc) }
+        ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(ndc) }
     }
 
     /// The depth of the plane through (0, 0, −4) along the ray of a raster

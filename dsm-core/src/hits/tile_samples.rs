@@ -213,7 +213,7 @@ impl TileSamples {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{Mat4, Vec4};
+    use glam::{DMat4, DVec4};
 
     #[test]
     fn pixels_stand_row_by_row() {
@@ -229,14 +229,14 @@ mod tests {
 
     #[test]
     fn a_perspective_camera_lengthens_rays() {
-        let projection = Mat4::from_rows(
-            Vec4::new(0.5, 0.0, -0.5, 0.0),
-            Vec4::new(0.0, -0.5, -0.5, 0.0),
-            Vec4::Z,
-            Vec4::new(0.0, 0.0, -1.0, 0.0),
+        let projection = DMat4::from_rows(
+            DVec4::new(0.5, 0.0, -0.5, 0.0),
+            DVec4::new(0.0, -0.5, -0.5, 0.0),
+            DVec4::Z,
+            DVec4::new(0.0, 0.0, -1.0, 0.0),
         );
         let camera =
-            ShadowCamera { world_to_camera: Some(Mat4::IDENTITY), world_to_ndc: Some(projection) };
+            ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(projection) };
         let sampling = PixelSampling::centre();
         let samples = TileSamples::new(&sampling, [0, 0], [5, 3], Some((&camera, [5, 3]))).unwrap();
         assert_eq!(samples.point(7).distance_per_depth, 1.0);

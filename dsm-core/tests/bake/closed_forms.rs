@@ -4,7 +4,7 @@ use dsm_core::{
     BakeSettings, Baker, Error, PixelSampling, RayHits, RaySource, SamplePoint, ShadowCamera,
     SurfaceHit, Tolerance, VolumeSample,
 };
-use glam::{Mat4, Vec3, Vec4};
+use glam::{DMat4, DVec3, DVec4};
 
 const EXTINCTION: f32 = 0.7;
 
@@ -16,21 +16,21 @@ fn fog(point: SamplePoint, ray: &mut RayHits<f32>) -> Result<(), Error> {
 
 /// A camera somewhere that looks sideways; perspective with this tangent of
 /// half its field of view, or orthographic.
-fn camera(tangent: Option<f32>) -> ShadowCamera {
-    let sideways = Mat4::from_rotation_y(std::f32::consts::FRAC_PI_2);
-    let view = sideways * Mat4::from_translation(Vec3::new(-1.0, -2.0, -3.0));
+fn camera(tangent: Option<f64>) -> ShadowCamera {
+    let sideways = DMat4::from_rotation_y(std::f64::consts::FRAC_PI_2);
+    let view = sideways * DMat4::from_translation(DVec3::new(-1.0, -2.0, -3.0));
     let projection = match tangent {
-        Some(tangent) => Mat4::from_rows(
-            Vec4::new(0.5 / tangent, 0.0, -0.5, 0.0),
-            Vec4::new(0.0, -0.5 / tangent, -0.5, 0.0),
-            Vec4::Z,
-            Vec4::new(0.0, 0.0, -1.0, 0.0),
+        Some(tangent) => DMat4::from_rows(
+            DVec4::new(0.5 / tangent, 0.0, -0.5, 0.0),
+            DVec4::new(0.0, -0.5 / tangent, -0.5, 0.0),
+            DVec4::Z,
+            DVec4::new(0.0, 0.0, -1.0, 0.0),
         ),
-        None => Mat4::from_rows(
-            Vec4::new(0.1, 0.0, 0.0, 0.5),
-            Vec4::new(0.0, -0.1, 0.0, 0.5),
-            Vec4::Z,
-            Vec4::W,
+        None => DMat4::from_rows(
+            DVec4::new(0.1, 0.0, 0.0, 0.5),
+            DVec4::new(0.0, -0.1, 0.0, 0.5),
+            DVec4::Z,
+            DVec4::W,
         ),
     };
     ShadowCamera { world_to_camera: Some(view), world_to_ndc: Some(projection * view) }
@@ -39,7 +39,7 @@ fn camera(tangent: Option<f32>) -> ShadowCamera {
 #[test]
 fn a_homogeneous_box_has_its_optical_depth() {
     let size = 512;
-    let tangent = 60.0_f32.to_radians().tan();
+    let tangent = 60.0_f64.to_radians().tan();
     for view in [None, Some(tangent)] {
         let mut settings = BakeSettings::new([size, size]).unwrap();
         settings.tile_size = 8;
@@ -53,7 +53,7 @@ fn a_homogeneous_box_has_its_optical_depth() {
                 // Distance per depth at a point of the pixel, from the angle.
                 let slope = |pixel: u32, step: u32| {
                     let raster = f64::from(pixel) + (f64::from(step) + 0.5) / 32.0;
-                    let across = view.map_or(0.0, f64::from);
+                    let across = view.unwrap_or(0.0);
                     across * (2.0 * raster / f64::from(size) - 1.0)
                 };
                 for z in [1.5, 2.0, 2.7, 3.9, 4.0, 9.0_f32] {

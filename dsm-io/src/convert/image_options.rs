@@ -38,12 +38,15 @@ pub(super) fn image_options(
         options.set(Attribute::new(DEEP_IMAGE_STATE, DEEP_IMAGE_STATE, [TIDY]))?;
     }
     // Column-vector matrices become row-vector ones: glam's columns are
-    // OpenEXR's rows.
+    // OpenEXR's rows. Their numbers become `f32`.
     let camera = info.camera.unwrap_or_default();
     let matrices = [("worldToCamera", camera.world_to_camera), ("worldToNDC", camera.world_to_ndc)];
     for (name, matrix) in matrices {
-        if let Some(matrix) = matrix {
+        let Some(matrix) = matrix.map(|matrix| matrix.as_mat4()) else { continue };
+        if matrix.is_finite() {
             options.set(Attribute::floats(name, "m44f", &matrix.to_cols_array()))?;
+        } else {
+            left_out.push(name.to_owned());
         }
     }
     Ok((options, left_out))

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use deep_exr::{AlphaChannels, DeepExrReader, Header, Window};
 use dsm_core::{DepthKind, MapInfo, PixelWindow, ShadowCamera, Tolerance, Transmittance};
-use glam::Mat4;
+use glam::DMat4;
 
 use super::report::ImportReport;
 use super::rows::SourceRows;
@@ -161,7 +161,7 @@ const fn pixels(Window { min, max }: Window) -> PixelWindow {
 /// columns, so the transposition moves no number.
 fn camera(header: &Header, report: &mut ImportReport) -> Option<ShadowCamera> {
     let mut matrix = |numbers: Option<[f32; 16]>| {
-        let matrix = Mat4::from_cols_array(&numbers?);
+        let matrix = DMat4::from_cols_array(&numbers?.map(f64::from));
         report.dropped_matrices += u64::from(!matrix.is_finite());
         matrix.is_finite().then_some(matrix)
     };

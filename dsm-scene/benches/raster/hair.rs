@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 
 use dsm_core::{PixelSampling, ShadowCamera, TileSamples};
 use dsm_scene::{Rasterizer, RasterizerBuilder, Segment};
-use glam::{Mat4, Quat, Vec3, Vec4};
+use glam::{DMat4, DVec4, Quat, Vec3};
 
 pub(crate) const SIZE: u32 = 512;
 pub(crate) const TILE: u32 = 64;
@@ -58,14 +58,14 @@ fn curls() -> Vec<Segment> {
 
 /// A perspective camera of 30 degrees, 5 above the ball's middle.
 fn camera() -> ShadowCamera {
-    let focal = 0.5 / 15_f32.to_radians().tan();
-    let to_ndc = Mat4::from_cols(
-        Vec4::new(focal, 0.0, 0.0, 0.0),
-        Vec4::new(0.0, -focal, 0.0, 0.0),
-        Vec4::new(-0.5, -0.5, 1.0, -1.0),
-        Vec4::ZERO,
+    let focal = 0.5 / 15_f64.to_radians().tan();
+    let to_ndc = DMat4::from_cols(
+        DVec4::new(focal, 0.0, 0.0, 0.0),
+        DVec4::new(0.0, -focal, 0.0, 0.0),
+        DVec4::new(-0.5, -0.5, 1.0, -1.0),
+        DVec4::ZERO,
     );
-    ShadowCamera { world_to_camera: Some(Mat4::IDENTITY), world_to_ndc: Some(to_ndc) }
+    ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(to_ndc) }
 }
 
 fn to_camera(point: Vec3) -> Vec3 {

@@ -1,39 +1,39 @@
 //! Naive `f64` answers, and cameras to ask them of.
 
 use dsm_core::{SamplePoint, ShadowCamera};
-use glam::{DMat2, DVec2, DVec3, Mat4, Vec3, Vec4};
+use glam::{DMat2, DMat4, DVec2, DVec3, DVec4, Vec3};
 
 use super::segment::Segment;
 
 /// A perspective camera that looks down −z: its angle from side to side, in
 /// degrees, and the width of its map over the height.
-pub(super) fn perspective(degrees: f32, aspect: f32) -> ShadowCamera {
+pub(super) fn perspective(degrees: f64, aspect: f64) -> ShadowCamera {
     let half = (degrees.to_radians() / 2.0).tan();
-    camera(Mat4::from_cols(
-        Vec4::new(0.5 / half, 0.0, 0.0, 0.0),
-        Vec4::new(0.0, -0.5 * aspect / half, 0.0, 0.0),
-        Vec4::new(-0.5, -0.5, 1.0, -1.0),
-        Vec4::ZERO,
+    camera(DMat4::from_cols(
+        DVec4::new(0.5 / half, 0.0, 0.0, 0.0),
+        DVec4::new(0.0, -0.5 * aspect / half, 0.0, 0.0),
+        DVec4::new(-0.5, -0.5, 1.0, -1.0),
+        DVec4::ZERO,
     ))
 }
 
 /// An orthographic one: the width of its view.
-pub(super) fn orthographic(width: f32, aspect: f32) -> ShadowCamera {
-    camera(Mat4::from_cols(
-        Vec4::new(1.0 / width, 0.0, 0.0, 0.0),
-        Vec4::new(0.0, -aspect / width, 0.0, 0.0),
-        Vec4::Z,
-        Vec4::new(0.5, 0.5, 0.0, 1.0),
+pub(super) fn orthographic(width: f64, aspect: f64) -> ShadowCamera {
+    camera(DMat4::from_cols(
+        DVec4::new(1.0 / width, 0.0, 0.0, 0.0),
+        DVec4::new(0.0, -aspect / width, 0.0, 0.0),
+        DVec4::Z,
+        DVec4::new(0.5, 0.5, 0.0, 1.0),
     ))
 }
 
-fn camera(projection: Mat4) -> ShadowCamera {
-    ShadowCamera { world_to_camera: Some(Mat4::IDENTITY), world_to_ndc: Some(projection) }
+fn camera(projection: DMat4) -> ShadowCamera {
+    ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(projection) }
 }
 
 /// The same camera elsewhere in the world.
-pub(super) fn placed(camera: ShadowCamera, view: Mat4) -> ShadowCamera {
-    let placed = |matrix: Option<Mat4>| matrix.map(|matrix| matrix * view);
+pub(super) fn placed(camera: ShadowCamera, view: DMat4) -> ShadowCamera {
+    let placed = |matrix: Option<DMat4>| matrix.map(|matrix| matrix * view);
     ShadowCamera {
         world_to_camera: placed(camera.world_to_camera),
         world_to_ndc: placed(camera.world_to_ndc),
@@ -50,8 +50,8 @@ pub(super) struct Ray {
 impl Ray {
     /// The ray through a sample point of a map of `size` pixels.
     pub(super) fn new(camera: &ShadowCamera, size: [u32; 2], point: SamplePoint) -> Self {
-        let to_camera = camera.world_to_camera.unwrap().as_dmat4();
-        let projection = camera.world_to_ndc.unwrap().as_dmat4() * to_camera.inverse();
+        let to_camera = camera.world_to_camera.unwrap();
+        let projection = camera.world_to_ndc.unwrap() * to_camera.inverse();
         let ndc = DVec2::new(point.x, point.y) / DVec2::from(size.map(f64::from));
         // Where both planes of the point meet a plane of constant depth.
         let at = |depth: f64| {

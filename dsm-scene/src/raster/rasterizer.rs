@@ -46,17 +46,17 @@ pub struct RasterizerBuilder<T: Transmittance> {
 /// ```
 /// use dsm_core::{HitSource, PixelSampling, ShadowCamera, TileHits, TileSamples};
 /// use dsm_scene::{RasterizerBuilder, Segment};
-/// use glam::{Mat4, Vec3, Vec4};
+/// use glam::{DMat4, DVec4, Vec3};
 ///
 /// // An orthographic camera at the origin, 2 units wide and high.
-/// let to_ndc = Mat4::from_cols(
-///     Vec4::new(0.5, 0.0, 0.0, 0.0),
-///     Vec4::new(0.0, -0.5, 0.0, 0.0),
-///     Vec4::Z,
-///     Vec4::new(0.5, 0.5, 0.0, 1.0),
+/// let to_ndc = DMat4::from_cols(
+///     DVec4::new(0.5, 0.0, 0.0, 0.0),
+///     DVec4::new(0.0, -0.5, 0.0, 0.0),
+///     DVec4::Z,
+///     DVec4::new(0.5, 0.5, 0.0, 1.0),
 /// );
 /// let camera =
-///     ShadowCamera { world_to_camera: Some(Mat4::IDENTITY), world_to_ndc: Some(to_ndc) };
+///     ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(to_ndc) };
 ///
 /// // A level hair, as thick as the fourth part of the map is high.
 /// let hair = Segment {

@@ -1,13 +1,13 @@
 //! The rays of a shadow camera over a map.
 
 use dsm_core::{Error, Result, ShadowCamera};
-use glam::{DMat2, DMat4, DVec2, DVec3};
+use glam::{DMat2, DVec2, DVec3};
 
 use crate::view::ViewRaster;
 
-/// How far two numbers of a camera may differ by rounding alone: its matrices
-/// are `f32`.
-const NOISE: f64 = 1e-5;
+/// What changes w by a smaller share over the width of a map changes no `f32`: w
+/// counts as constant.
+const SLIGHT: f64 = 1.0 / (1 << 24) as f64;
 
 /// The rays of a camera in *ray space*: camera space with depths instead of z,
 /// sheared and shifted so that rays are simple. Those of a perspective camera
@@ -31,11 +31,9 @@ pub(super) struct Rays {
 impl Rays {
     /// The rays through a map of `size` pixels.
     pub(super) fn new(camera: &ShadowCamera, size: [u32; 2]) -> Result<Self> {
-        let (Some(to_camera), Some(to_ndc)) = (camera.world_to_camera, camera.world_to_ndc) else {
-            return Err(Error::Camera("a matrix is unknown"));
-        };
-        let projection: DMat4 = to_ndc.as_dmat4() * to_camera.as_dmat4().inverse();
+        let (projection, rounding) = camera.projection()?;
         let [x, y, w] = [0, 1, 3].map(|row| projection.row(row));
+        let off = rounding.row(3);
         // With depth = −z, homogeneous raster positions are
         // linear · (X, Y) + along · depth + constant over w.
         let size = DVec2::from(size.map(f64::from));
@@ -43,10 +41,13 @@ impl Rays {
         let along = -DVec2::new(x.z, y.z) * size;
         let constant = DVec2::new(x.w, y.w) * size;
         let refused = Error::Camera("the matrices do not make a projection");
-        let tilted = w.truncate().truncate().abs().max_element();
-        let perspective = w.z.abs() > NOISE * w.w.abs();
+        // w per length, where it changes by all of itself over the map's width.
+        let steep = x.truncate().truncate().length().max(y.truncate().truncate().length());
+        let slight = |axis: usize| w[axis].abs() <= off[axis].max(SLIGHT * steep);
+        // Parallel rays meet nowhere; others may meet where the camera stands.
+        let perspective = w.w.abs() <= off.w || !slight(2);
         let scale = if perspective { -w.z } else { w.w };
-        if tilted > NOISE * scale.abs() {
+        if !(slight(0) && slight(1)) {
             return Err(Error::Camera("depths must be measured along the view axis"));
         }
         if scale <= 0.0 || scale.is_nan() {
@@ -164,12 +165,12 @@ impl Rays {
 mod tests {
     use super::*;
     use crate::raster::oracle::{orthographic, perspective, placed};
-    use glam::{DQuat, Mat4, Vec3};
+    use glam::{DMat4, DQuat};
 
     /// Every point lies on the ray through its projection.
     fn check(camera: &ShadowCamera) {
         let rays = Rays::new(camera, [40, 30]).unwrap();
-        let to_camera = camera.world_to_camera.unwrap().as_dmat4();
+        let to_camera = camera.world_to_camera.unwrap();
         for world in [DVec3::new(0.3, -0.2, 0.1), DVec3::new(-1.0, 0.5, 2.0), DVec3::ZERO] {
             let projected = camera.project(world).unwrap().unwrap();
             let raster = projected.truncate() * DVec2::new(40.0, 30.0);
@@ -189,11 +190,11 @@ mod tests {
 
     #[test]
     fn points_lie_on_the_rays_they_project_to() {
-        let apart = Mat4::from_translation(-Vec3::new(1.0, 2.0, 5.0));
+        let apart = DMat4::from_translation(-DVec3::new(1.0, 2.0, 5.0));
         let turn = DQuat::from_rotation_y(0.4) * DQuat::from_rotation_x(-0.3);
-        let turn = Mat4::from_quat(turn.as_quat());
+        let turn = DMat4::from_quat(turn);
         // An off-axis window, as of a portal in a wall.
-        let mut shear = Mat4::IDENTITY;
+        let mut shear = DMat4::IDENTITY;
         (shear.z_axis.x, shear.z_axis.y) = (0.2, -0.1);
         for camera in [perspective(50.0, 1.5), orthographic(6.0, 1.5)] {
             check(&placed(camera, apart));
@@ -204,12 +205,39 @@ mod tests {
     }
 
     #[test]
+    fn places_and_sizes_of_the_world_do_not_matter() {
+        for camera in [perspective(50.0, 1.5), perspective(1e-4, 1.0), orthographic(6.0, 1.5)] {
+            let here = Rays::new(&camera, [40, 30]).unwrap();
+            for (scale, radii) in [1e-6, 1e-3, 1.0, 1e3, 1e6]
+                .into_iter()
+                .flat_map(|scale| [0.0, 150.0, 1e4].map(|radii| (scale, radii)))
+            {
+                let shift = DVec3::new(0.6, -0.5, 0.62) * (radii * scale);
+                let back = DMat4::from_translation(-shift);
+                let small = DMat4::from_scale(DVec3::splat(scale.recip()));
+                let large = DMat4::from_scale(DVec3::splat(scale));
+                let placed = ShadowCamera {
+                    world_to_camera: Some(large * small * back),
+                    world_to_ndc: camera.world_to_ndc.map(|matrix| matrix * small * back),
+                };
+                let there = Rays::new(&placed, [40, 30]).unwrap();
+                assert_eq!(there.is_perspective(), here.is_perspective(), "{scale} {radii}");
+                let unit = if here.is_perspective() { 1.0 } else { scale };
+                let raster = DVec2::new(11.5, 3.25);
+                let [want, have] = [here.through(raster) * unit, there.through(raster)];
+                let reach = if here.is_perspective() { 1.0 } else { radii.max(1.0) };
+                assert!((have - want).length() <= 1e-12 * unit * reach, "{scale} {radii}");
+            }
+        }
+    }
+
+    #[test]
     fn what_is_no_projection_is_refused() {
         let camera = perspective(50.0, 1.0);
-        for world_to_ndc in [None, Some(Mat4::ZERO), Some(Mat4::NAN), Some(-Mat4::IDENTITY)] {
+        for world_to_ndc in [None, Some(DMat4::ZERO), Some(DMat4::NAN), Some(-DMat4::IDENTITY)] {
             assert!(Rays::new(&ShadowCamera { world_to_ndc, ..camera }, [4, 4]).is_err());
         }
-        let tilted = Mat4::from_rotation_y(0.1);
+        let tilted = DMat4::from_rotation_y(0.1);
         let world_to_camera = camera.world_to_camera.map(|matrix| tilted * matrix);
         assert!(Rays::new(&ShadowCamera { world_to_camera, ..camera }, [4, 4]).is_err());
     }

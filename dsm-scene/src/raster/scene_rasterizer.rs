@@ -42,9 +42,8 @@ use crate::view::ViewRaster;
 pub struct SceneRasterizer<T: Transmittance> {
     rasterizer: Rasterizer<T>,
     /// What is not rasterised.
-    rest: Option<TracedScene>,
+    rest: Option<SceneHitSource>,
     view: ViewRaster,
-    near: f32,
 }
 
 impl<T: Transmittance> SceneRasterizer<T> {
@@ -66,15 +65,20 @@ impl<T: Transmittance> SceneRasterizer<T> {
             }
         }
         let rest = Scene { objects: rest, ..scene.clone() };
-        let rest = if rest.objects.is_empty() { None } else { Some(TracedScene::new(&rest)?) };
-        Ok(Self { rasterizer: builder.build()?, rest, view, near: 0.0 })
+        let rest = if rest.objects.is_empty() {
+            None
+        } else {
+            Some(SceneHitSource::new(TracedScene::new(&rest)?, view))
+        };
+        Ok(Self { rasterizer: builder.build()?, rest, view })
     }
 
     /// The same source without what lies at `depth` or nearer: what stands
     /// between the light and a camera that was moved back from it.
     #[must_use]
     pub fn beyond(self, depth: f32) -> Self {
-        Self { rasterizer: self.rasterizer.beyond(depth), near: depth, ..self }
+        let rest = self.rest.map(|rest| rest.beyond(depth));
+        Self { rasterizer: self.rasterizer.beyond(depth), rest, ..self }
     }
 
     /// What it looks through.
@@ -89,9 +93,7 @@ impl<T: Transmittance> HitSource<T> for SceneRasterizer<T> {
 
     fn hits(&self, samples: &TileSamples, hits: &mut TileHits<T>) -> Result<()> {
         self.rasterizer.hits(samples, hits)?;
-        self.rest.as_ref().map_or(Ok(()), |rest| {
-            SceneHitSource::new(rest, self.view).beyond(self.near).hits(samples, hits)
-        })
+        self.rest.as_ref().map_or(Ok(()), |rest| rest.hits(samples, hits))
     }
 }
 

@@ -163,7 +163,7 @@ fn scene() -> impl Strategy<Value = Scene> {
 }
 
 fn any_camera() -> impl Strategy<Value = ShadowCamera> {
-    let aspect = SIZE[0] as f32 / SIZE[1] as f32;
+    let aspect = f64::from(SIZE[0]) / f64::from(SIZE[1]);
     prop_oneof![
         Just(perspective(90.0, aspect)),
         Just(perspective(20.0, aspect)),

@@ -1,6 +1,7 @@
 //! From a scene and a shadow method to a picture.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use dsm_core::random::golden;
@@ -64,13 +65,15 @@ impl RenderSettings {
 /// same picture, whatever the number of threads.
 ///
 /// ```
+/// use std::sync::Arc;
+///
 /// use dsm_scene::{RenderSettings, Renderer, SceneReference, TracedScene, builtin_scene};
 ///
 /// let scene = builtin_scene("spinning-sphere")?;
-/// let traced = TracedScene::new(&scene)?;
+/// let traced = Arc::new(TracedScene::new(&scene)?);
 /// let camera = scene.camera.raster([32, 18])?;
-/// let renderer = Renderer::new(&traced, camera, scene.light.area()?, RenderSettings::new(4, 0)?);
-/// let shadow = SceneReference::<f32>::new(&traced).with_rays(4);
+/// let renderer = Renderer::new(Arc::clone(&traced), camera, scene.light.area()?, RenderSettings::new(4, 0)?);
+/// let shadow = SceneReference::<f32>::new(traced).with_rays(4);
 /// let Ok(Some(image)) = renderer.render(&shadow, |_| std::ops::ControlFlow::Continue(())) else {
 ///     panic!("nobody broke it off");
 /// };
@@ -78,8 +81,8 @@ impl RenderSettings {
 /// assert!(image.is_grey());
 /// # Ok::<(), dsm_scene::Error>(())
 /// ```
-pub struct Renderer<'a> {
-    scene: &'a TracedScene,
+pub struct Renderer {
+    scene: Arc<TracedScene>,
     camera: ViewRaster,
     light: AreaLight,
     settings: RenderSettings,
@@ -94,16 +97,16 @@ pub struct RenderProgress {
     pub blocks: u64,
 }
 
-impl<'a> Renderer<'a> {
+impl Renderer {
     /// Looks at `scene` through `camera`.
     #[must_use]
-    pub const fn new(
-        scene: &'a TracedScene,
+    pub fn new(
+        scene: impl Into<Arc<TracedScene>>,
         camera: ViewRaster,
         light: AreaLight,
         settings: RenderSettings,
     ) -> Self {
-        Self { scene, camera, light, settings }
+        Self { scene: scene.into(), camera, light, settings }
     }
 
     /// The picture with these shadows, on the threads of the current pool.
@@ -161,7 +164,7 @@ impl<'a> Renderer<'a> {
     ) -> std::result::Result<Vec<[f32; 3]>, V::Error> {
         let [width, height] = self.camera.resolution();
         let [columns, rows] = [(width - corner[0]).min(BLOCK), (height - corner[1]).min(BLOCK)];
-        let mut eye = Eye::new(self.scene);
+        let mut eye = Eye::new(&self.scene);
         let mut pixels = Vec::with_capacity((columns * rows) as usize);
         let (mut sights, mut points, mut factors) = (Vec::new(), Vec::new(), Vec::new());
         // A row's points come together: methods keep what neighbours share.

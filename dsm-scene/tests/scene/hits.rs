@@ -1,5 +1,7 @@
 //! Hits against oracles that look at every primitive.
 
+use std::sync::Arc;
+
 use dsm_core::{HitSource, PixelSampling, RayHits, Rgb, TileHits, TileSamples};
 use dsm_scene::{
     Curves, Light, LightOutline, Motion, Object, Projection, Ray, Scene, SceneHitSource, Shape,
@@ -48,7 +50,7 @@ fn segment_oracle(ray: &Ray, ends: [(DVec3, f64); 2]) -> (Option<f64>, bool) {
 /// All depths that the tracer finds, and whether they are those of an oracle
 /// over every primitive, but for hits that rounding decides.
 fn compare(scene: &Scene, ray: &Ray) -> Result<usize, TestCaseError> {
-    let traced = TracedScene::new(scene).unwrap();
+    let traced = Arc::new(TracedScene::new(scene).unwrap());
     compare_traced(scene, &traced, ray)
 }
 
@@ -176,7 +178,7 @@ proptest! {
 fn hits_in_large_scenes_are_those_of_a_search_through_all() {
     for name in ["hairball", "foliage"] {
         let scene = builtin_scene(name).unwrap();
-        let traced = TracedScene::new(&scene).unwrap();
+        let traced = Arc::new(TracedScene::new(&scene).unwrap());
         let raster = scene.light.raster([64, 64]).unwrap();
         let mut met = 0;
         for index in 0..12 {
@@ -193,7 +195,7 @@ fn hits_in_real_models_are_those_of_a_search_through_all() {
     let mut scene = dsm_scene::open_scene(&path).unwrap();
     let Some(path) = real_file("hair/sintel_head.obj") else { return };
     scene.objects.extend(dsm_scene::open_scene(&path).unwrap().objects);
-    let traced = TracedScene::new(&scene).unwrap();
+    let traced = Arc::new(TracedScene::new(&scene).unwrap());
     let raster = scene.light.raster([64, 64]).unwrap();
     let mut met = 0;
     for index in 0..40 {
@@ -213,7 +215,7 @@ fn square() -> Shape {
 #[test]
 fn a_direction_of_negative_zeros_is_one_of_zeros() {
     let scene = Scene::of_objects(vec![Object::new(square())]);
-    let traced = TracedScene::new(&scene).unwrap();
+    let traced = Arc::new(TracedScene::new(&scene).unwrap());
     // The last is rounded to −0 only when it is an f32.
     for none in [0.0, -0.0, -1e-60] {
         let ray = Ray::new(DVec3::new(0.03, 0.1, 5.0), DVec3::new(none, none, -1.0));
@@ -228,7 +230,7 @@ fn a_moving_object_is_where_it_is_at_the_rays_time() {
     let at = |x| Transform { translate: DVec3::new(x, 0.0, 0.0), ..Transform::default() };
     let motion = vec![Motion { open: at(0.0), close: at(8.0) }];
     let scene = Scene::of_objects(vec![Object { motion, ..Object::new(square()) }]);
-    let traced = TracedScene::new(&scene).unwrap();
+    let traced = Arc::new(TracedScene::new(&scene).unwrap());
     for step in 0..=80 {
         let time = f64::from(step) / 80.0;
         let ray = Ray::new(DVec3::new(4.03, 0.1, 5.0), DVec3::NEG_Z).at_time(time);
@@ -243,7 +245,7 @@ fn a_moving_object_is_where_it_is_at_the_rays_time() {
 fn colours_and_alphas_multiply() {
     let colour = Rgb::new(0.25, 0.5, 1.0);
     let scene = Scene::of_objects(vec![Object::new(square()).with_opacity(colour)]);
-    let traced = TracedScene::new(&scene).unwrap();
+    let traced = Arc::new(TracedScene::new(&scene).unwrap());
     let ray = Ray::new(DVec3::new(0.1, 0.2, 5.0), DVec3::NEG_Z);
     let mut coloured = RayHits::<Rgb>::default();
     traced.tracer().hits(&ray, &mut coloured).unwrap();
@@ -258,7 +260,7 @@ fn colours_and_alphas_multiply() {
 #[test]
 fn rays_that_are_none_meet_nothing() {
     let scene = Scene::of_objects(vec![Object::new(square())]);
-    let traced = TracedScene::new(&scene).unwrap();
+    let traced = Arc::new(TracedScene::new(&scene).unwrap());
     let down = Ray::new(DVec3::new(0.1, 0.2, 5.0), DVec3::NEG_Z);
     for ray in [
         Ray::new(DVec3::NAN, DVec3::Z),
@@ -282,11 +284,11 @@ fn the_door_to_the_baker_gives_planar_depths_and_normals() {
     let tilted = Transform { translate: DVec3::X * 2.0, rotate: DVec3::X * 60.0, scale: 16.0 };
     let object = Object { motion: vec![Motion::still(tilted)], ..Object::new(square()) };
     let scene = Scene::of_objects(vec![object]);
-    let traced = TracedScene::new(&scene).unwrap();
+    let traced = Arc::new(TracedScene::new(&scene).unwrap());
     let view = View { eye: DVec3::new(0.0, 0.0, 10.0), target: DVec3::ZERO, up: DVec3::Y };
     let projection = Projection::Perspective { fov: 20.0 };
     let light = Light { view, projection, outline: LightOutline::Point };
-    let source = SceneHitSource::new(&traced, light.raster([16, 16]).unwrap());
+    let source = SceneHitSource::new(Arc::clone(&traced), light.raster([16, 16]).unwrap());
     let camera = source.raster().shadow_camera();
     let sampling = PixelSampling::new(4, 0).unwrap();
     let samples = TileSamples::new(&sampling, [0, 0], [16, 16], Some((&camera, [16, 16]))).unwrap();
@@ -307,7 +309,7 @@ fn the_door_to_the_baker_gives_planar_depths_and_normals() {
     }
     assert_eq!(hits.normals().len(), hits.surface_count());
     let mut nothing = TileHits::<f32>::new(samples.len());
-    let source = SceneHitSource::new(&traced, *source.raster()).beyond(1e3);
+    let source = SceneHitSource::new(Arc::clone(&traced), *source.raster()).beyond(1e3);
     source.hits(&samples, &mut nothing).unwrap();
     assert!(nothing.is_empty());
 }

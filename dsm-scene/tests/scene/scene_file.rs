@@ -128,7 +128,7 @@ fn what_is_not_given_is_as_documented() {
     assert_eq!(light.projection, Projection::Orthographic { extent: 4.0 });
     assert_eq!(light.outline, LightOutline::Disk { radius: 0.5 });
     let camera = light.raster([8, 4]).unwrap().shadow_camera();
-    let right = camera.world_to_ndc.unwrap().as_dmat4() * DVec4::new(1.0, 0.0, 0.0, 1.0);
+    let right = camera.world_to_ndc.unwrap() * DVec4::new(1.0, 0.0, 0.0, 1.0);
     assert!((right.truncate().truncate() - 0.5).abs().max_element() > 0.24);
 }
 

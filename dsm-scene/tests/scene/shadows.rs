@@ -1,5 +1,7 @@
 //! Shadow factors against answers that are known.
 
+use std::sync::Arc;
+
 use dsm_core::{AreaLight, LightVisibility, OcclusionTracer, Rgb};
 use dsm_scene::{
     Motion, Object, Scene, SceneReference, Shape, TracedScene, Transform, TriangleMesh,
@@ -27,8 +29,8 @@ fn grey(opacity: f32) -> Rgb {
 #[test]
 fn a_half_plane_has_a_linear_penumbra() {
     let scene = Scene::of_objects(vec![half_plane(grey(0.8))]);
-    let traced = TracedScene::new(&scene).unwrap();
-    let reference = SceneReference::<f32>::new(&traced).with_rays(1024);
+    let traced = Arc::new(TracedScene::new(&scene).unwrap());
+    let reference = SceneReference::<f32>::new(Arc::clone(&traced)).with_rays(1024);
     // A light 2 wide at height 2: its middle is hidden from x = 0, and all of
     // it from x = −1.
     let light = AreaLight::rectangle(DVec3::Y * 2.0, DVec3::X, DVec3::Z * 0.5);
@@ -44,8 +46,8 @@ fn a_half_plane_has_a_linear_penumbra() {
 #[test]
 fn a_disk_and_a_sphere_are_hidden_by_area() {
     let scene = Scene::of_objects(vec![half_plane(grey(1.0))]);
-    let traced = TracedScene::new(&scene).unwrap();
-    let reference = SceneReference::<f32>::new(&traced).with_rays(4096);
+    let traced = Arc::new(TracedScene::new(&scene).unwrap());
+    let reference = SceneReference::<f32>::new(Arc::clone(&traced)).with_rays(4096);
     let disk = AreaLight::disk(DVec3::Y * 2.0, DVec3::X, DVec3::Z);
     let sphere = AreaLight::sphere(DVec3::Y * 2.0, 1.0);
     for light in [disk, sphere] {
@@ -61,8 +63,8 @@ fn a_disk_and_a_sphere_are_hidden_by_area() {
 #[test]
 fn a_point_light_is_one_ray() {
     let scene = Scene::of_objects(vec![half_plane(Rgb::new(1.0, 0.5, 0.25))]);
-    let traced = TracedScene::new(&scene).unwrap();
-    let reference = SceneReference::<Rgb>::new(&traced);
+    let traced = Arc::new(TracedScene::new(&scene).unwrap());
+    let reference = SceneReference::<Rgb>::new(Arc::clone(&traced));
     let light = AreaLight::point(DVec3::Y * 2.0);
     let Ok(value) = reference.visibility(DVec3::new(-0.5, 0.0, 0.0), &light, 9);
     assert_eq!(value, Rgb::new(0.0, 0.5, 0.75));
@@ -84,8 +86,8 @@ fn a_moving_blocker_hides_for_a_while() {
     let at = |x| Transform { translate: DVec3::new(x, 0.0, 0.0), ..Transform::default() };
     let motion = vec![Motion { open: at(-0.6), close: at(0.4) }];
     let scene = Scene::of_objects(vec![Object { motion, ..half_plane(grey(1.0)) }]);
-    let traced = TracedScene::new(&scene).unwrap();
-    let reference = SceneReference::<f32>::new(&traced).with_rays(1000);
+    let traced = Arc::new(TracedScene::new(&scene).unwrap());
+    let reference = SceneReference::<f32>::new(Arc::clone(&traced)).with_rays(1000);
     // Its edge passes x = 0 at time 0.6.
     let Ok(value) = reference.visibility(DVec3::ZERO, &AreaLight::point(DVec3::Y * 2.0), 3);
     assert!((value - 0.6).abs() < 3e-3, "{value}");
@@ -94,7 +96,7 @@ fn a_moving_blocker_hides_for_a_while() {
 #[test]
 fn the_product_needs_no_order() {
     let scene = builtin_scene("hairball").unwrap();
-    let traced = TracedScene::new(&scene).unwrap();
+    let traced = Arc::new(TracedScene::new(&scene).unwrap());
     let mut tracer = traced.tracer();
     let raster = scene.light.raster([40, 40]).unwrap();
     for index in 0..40 {

@@ -44,12 +44,12 @@ pub(crate) struct BakeFlags {
     #[arg(long, value_name = "auto|E", default_value = "auto", allow_negative_numbers = true)]
     #[arg(value_parser = values::auto_tolerance)]
     tolerance: values::AutoTolerance,
-    /// The most layers of a pixel, of kinds layers and mtsm [default: 32]
+    /// The most layers of a pixel, of kinds fragments, layers and mtsm
+    /// [default: 32]
     #[arg(long, value_name = "K")]
     #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(1..=1 << 20))]
     layers: Option<u32>,
-    /// Places along a side of a pixel that are looked at, of kind layers: its
-    /// layers are pieces of planes with masks; of 1: hits at pixel centres
+    /// Places along a side of a pixel that are looked at, of kind fragments
     /// [default: 8]
     #[arg(long, value_name = "1|2|4|8", value_parser = coverage)]
     coverage: Option<u32>,
@@ -94,8 +94,10 @@ pub(crate) struct BakeFlags {
 enum KindName {
     /// Deep shadow maps
     Deep,
-    /// Maps of layers: pieces of planes with coverage masks, or the first hits of
-    /// every pixel
+    /// Maps of fragments: pieces of planes with coverage masks
+    Fragments,
+    /// Multilayer depth maps: the first hits of the ray through each pixel's
+    /// centre
     Layers,
     /// Multilayer transparent shadow maps: runs of compressed layers with counts
     Mtsm,
@@ -164,10 +166,14 @@ impl BakeFlags {
     fn layers(&self) -> Result<Option<LayersRequest>, String> {
         let refuse = |switch, kinds| Err(format!("{switch} is for maps of kind {kinds}"));
         let kind = match self.kind {
-            KindName::Deep if self.layers.is_some() => return refuse("--layers", "layers or mtsm"),
-            KindName::Deep if self.resets.is_some() => return refuse("--resets", "mtsm"),
-            KindName::Deep | KindName::Mtsm if self.coverage.is_some() => {
-                return refuse("--coverage", "layers");
+            KindName::Deep if self.layers.is_some() => {
+                return refuse("--layers", "fragments, layers or mtsm");
+            }
+            _ if self.resets.is_some() && self.kind != KindName::Mtsm => {
+                return refuse("--resets", "mtsm");
+            }
+            _ if self.coverage.is_some() && self.kind != KindName::Fragments => {
+                return refuse("--coverage", "fragments");
             }
             KindName::Deep => return Ok(None),
             _ if self.mip => return refuse("--mip", "deep"),
@@ -175,16 +181,16 @@ impl BakeFlags {
             _ if self.codec == values::CodecName::Quantized => {
                 return refuse("--codec quantized", "deep");
             }
-            KindName::Layers if self.resets.is_some() => return refuse("--resets", "mtsm"),
-            KindName::Layers if self.tolerance.0.is_some() => {
-                return refuse("--tolerance", "deep or mtsm");
+            KindName::Mtsm => LayeredKind::Mtsm,
+            _ if self.tolerance.0.is_some() => return refuse("--tolerance", "deep or mtsm"),
+            KindName::Fragments if self.samples.is_some() => {
+                return Err("fragments are sampled at --coverage places, not --samples".to_owned());
             }
+            KindName::Fragments => LayeredKind::Fragments,
             KindName::Layers if self.samples.is_some_and(|samples| samples != 1) => {
                 return Err("a map of kind layers has one sample a pixel".to_owned());
             }
-            KindName::Layers if self.coverage == Some(1) => LayeredKind::Layers,
-            KindName::Layers => LayeredKind::Fragments,
-            KindName::Mtsm => LayeredKind::Mtsm,
+            KindName::Layers => LayeredKind::Layers,
         };
         let max_layers = self.layers.unwrap_or(MultilayerSettings::MAX_LAYERS);
         let resets = self.resets.unwrap_or(MultilayerSettings::RESETS);

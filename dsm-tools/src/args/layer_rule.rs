@@ -11,11 +11,11 @@ use crate::layered::LayerRule;
 pub(super) struct LayerFlags {
     /// What a ray loses at each sample of a layer: the same share of its light
     /// (v_i / v_i-1)^(1 / count), or dv = (v_i-1 - v_i) / count (trace, of kind
-    /// mtsm or layers without masks) [default: ratio]
+    /// mtsm or layers) [default: ratio]
     #[arg(long, value_enum)]
     rule: Option<RuleName>,
     /// How far a sample reaches in depth to either side, in scene units (trace,
-    /// of kind mtsm or layers without masks) [default: 0]
+    /// of kind mtsm or layers) [default: 0]
     #[arg(long, value_name = "Z", allow_negative_numbers = true)]
     #[arg(value_parser = values::length)]
     z_threshold: Option<f32>,

@@ -27,12 +27,12 @@ pub(crate) struct RenderFlags {
     output: ImageFile,
     /// The map of the light (.dsm): a deep one (filter), a layered one (trace,
     /// pcf) [default: one of 512 × 512 pixels that is baked first: a deep one
-    /// of 16 samples and within 0.01; for trace one of kind layers, or with
-    /// media in the scene or a --rule of kind mtsm]
+    /// of 16 samples and within 0.01; for trace one of kind fragments, or
+    /// with media in the scene or a --rule of kind mtsm]
     #[arg(long, value_name = "MAP.dsm", value_parser = values::dsm_file())]
     map: Option<PathBuf>,
     /// Where the shadows come from: filtered lookups in the deep map; shadow rays
-    /// through a map of kind mtsm or layers; percentage closer filtering of a
+    /// through a layered map; percentage closer filtering of a
     /// plain shadow map or, with --map, over the light's outline in a layered
     /// one; or rays through the scene
     #[arg(long, value_enum, default_value = "filter")]

@@ -6,10 +6,12 @@ use anyhow::{Context, Result, bail};
 use dsm_core::{BakeSettings, Rgb, Transmittance};
 use dsm_io::{BakeReport, Metadata};
 use dsm_scene::SceneRasterizer;
+use dsm_trace::LightFrame;
 use mtsm::{
-    FragmentBuilder, LayeredKind, LayeredReport, LightFrame, MultilayerBaker, MultilayerSettings,
-    bake_fragments, bake_layers, bake_mtsm,
+    LayeredKind, LayeredReport, MultilayerBaker, MultilayerSettings, bake_fragments, bake_layers,
+    bake_mtsm,
 };
+use shadow_maps::fragments::FragmentBuilder;
 
 use super::bake::{BakeJob, Watch};
 use crate::args::LayersRequest;

@@ -3,6 +3,7 @@
 use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
@@ -115,12 +116,13 @@ impl Demonstration<'_> {
         let filter = Filter::new(FilterShape::Tent, 2.0)?;
         let lookup = filtering::shadow_lookup(&map)?.with_footprint(Footprint::Isotropic(filter));
         let shadow = CachedShadow::new(map, lookup)?;
-        let traced = TracedScene::new(scene)?;
+        let traced = Arc::new(TracedScene::new(scene)?);
         let mut settings = RenderSettings::new(CAMERA_RAYS, 0)?;
         let mut draw = |self_shadowing| {
             settings.self_shadowing = self_shadowing;
             let camera = scene.camera.raster(PICTURE)?;
-            let renderer = Renderer::new(&traced, camera, scene.light.area()?, settings.clone());
+            let renderer =
+                Renderer::new(Arc::clone(&traced), camera, scene.light.area()?, settings.clone());
             let failed = anyhow::Error::from;
             render_with_bar(&renderer, &shadow, failed, self.request.quiet).map(|(image, _)| image)
         };

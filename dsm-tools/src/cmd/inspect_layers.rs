@@ -2,7 +2,8 @@
 
 use anyhow::{Result, bail};
 use dsm_core::{Rgb, Transmittance};
-use mtsm::{LayeredKind, LayeredReader, MinMaxPyramid};
+use dsm_trace::MinMaxPyramid;
+use mtsm::{LayeredKind, LayeredReader};
 
 use super::inspect::{plot_pixel, write_slice};
 use crate::args::Inspect;

@@ -12,8 +12,9 @@ use dsm_core::{
     ShadedPoint, ShadowLookup, Transmittance, VisibilityField,
 };
 use dsm_io::{AnyCachedMap, CachedMap, CursorPool, Limits, TileCache};
+use dsm_trace::{LightFrame, TraceStatistics};
 use glam::DVec3;
-use mtsm::{LayeredReader, LightFrame, TraceStatistics};
+use mtsm::LayeredReader;
 use rayon::prelude::*;
 use serde::Serialize;
 

@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
@@ -17,11 +18,12 @@ use dsm_scene::{
     Image, ImageDifference, RenderSettings, Renderer, Scene, SceneRasterizer, SceneReference,
     TracedScene, open_scene,
 };
-use mtsm::{
-    DepthMap, DepthMapSettings, LayeredKind, LightFrame, MultilayerSettings,
-    PercentageCloserFilter, PercentageCloserShadow,
-};
+use dsm_trace::LightFrame;
+use mtsm::{LayeredKind, MultilayerSettings};
 use serde::Serialize;
+use shadow_maps::plain::{
+    DepthMap, DepthMapSettings, PercentageCloserFilter, PercentageCloserShadow,
+};
 
 use super::bake::BakeJob;
 use super::bake_layers::LayersJob;
@@ -91,7 +93,7 @@ pub(crate) fn run(request: &Render) -> Result<()> {
         if let Some(size) = request.light_size {
             scene.light = scene.light.with_size(size.map(f64::from))?;
         }
-        let traced = TracedScene::new(&scene)?;
+        let traced = Arc::new(TracedScene::new(&scene)?);
         let job = RenderJob { request, scene: &scene, traced: &traced };
         let scene_s = started.elapsed().as_secs_f64();
         let Rendered { image, biases, map_s, render_s } = job.run()?;
@@ -178,7 +180,7 @@ struct Rendered {
 struct RenderJob<'a> {
     request: &'a Render,
     scene: &'a Scene,
-    traced: &'a TracedScene,
+    traced: &'a Arc<TracedScene>,
 }
 
 impl RenderJob<'_> {
@@ -200,7 +202,7 @@ impl RenderJob<'_> {
     }
 
     fn reference<T: Transmittance>(&self, rays: u32) -> Result<Rendered> {
-        let shadow = SceneReference::<T>::new(self.traced).with_rays(rays);
+        let shadow = SceneReference::<T>::new(Arc::clone(self.traced)).with_rays(rays);
         let (image, render_s) = self.render(&shadow, |never| match never {})?;
         Ok(Rendered { image, biases: None, map_s: 0.0, render_s })
     }
@@ -215,7 +217,7 @@ impl RenderJob<'_> {
         let map = DepthMap::sample(&source, &settings)?;
         let info = MapInfo { camera: Some(camera), ..MapInfo::default() };
         let lookup = ShadowLookup::new(&info, [RESOLUTION; 2])?.with_bias(bias);
-        let filter = PercentageCloserFilter::new(&map, taps)?.with_width(width)?;
+        let filter = PercentageCloserFilter::new(map.clone(), taps)?.with_width(width)?;
         let shadow = PercentageCloserShadow::new(filter, lookup);
         let map_s = started.elapsed().as_secs_f64();
         let (image, render_s) = self.render(&shadow, anyhow::Error::from)?;
@@ -347,7 +349,8 @@ impl RenderJob<'_> {
         let camera = camera.raster(request.resolution.unwrap_or(camera.resolution))?;
         let mut settings = RenderSettings::new(request.samples, request.seed)?;
         settings.factor = request.factor;
-        let renderer = Renderer::new(self.traced, camera, self.scene.light.area()?, settings);
+        let renderer =
+            Renderer::new(Arc::clone(self.traced), camera, self.scene.light.area()?, settings);
         render_with_bar(&renderer, shadow, failed, request.quiet)
     }
 }
@@ -375,7 +378,7 @@ impl AreaVisitor for RenderArea<'_, '_> {
 /// Renders on the current pool, with a progress bar, until somebody interrupts
 /// it; how long that took.
 pub(crate) fn render_with_bar<V: LightVisibility>(
-    renderer: &Renderer<'_>,
+    renderer: &Renderer,
     shadow: &V,
     failed: impl Fn(V::Error) -> anyhow::Error,
     quiet: bool,

@@ -3,7 +3,8 @@
 use std::io::{self, Write};
 
 use dsm_core::Transmittance;
-use mtsm::{Layer, LayeredKind, LayeredSummary, Layering, MinMaxPyramid};
+use dsm_trace::MinMaxPyramid;
+use mtsm::{Layer, LayeredKind, LayeredSummary, Layering};
 use serde::Serialize;
 
 use super::summary::Light;

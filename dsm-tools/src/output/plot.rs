@@ -1,22 +1,22 @@
 //! A plot of one pixel's visibility function, as SVG or PNG.
 
-use std::sync::Arc;
-
 use anyhow::{Context, Result, anyhow};
 use dsm_core::{Transmittance, VisibilityView};
 use plotters::coord::Shift;
 use plotters::prelude::*;
-use resvg::{tiny_skia, usvg};
+use plotters::style::register_font;
 
 use super::printable;
 
 /// Width and height of a plot, in pixels of an SVG.
 const SIZE: (u32, u32) = (900, 560);
-/// PNG pixels a pixel of the SVG.
-const PNG_SCALE: u32 = 2;
 /// Units in which a plot is drawn a pixel of the SVG. The library rounds
 /// corners to whole units, which would make ramps wavy if they were pixels.
 const UNITS: u32 = 8;
+/// PNG pixels a pixel of the SVG, and the side of the square of units that each
+/// of them averages: the bitmaps of the library have no smooth edges.
+const PNG_SCALE: u32 = 2;
+const SMOOTHING: u32 = UNITS / PNG_SCALE;
 /// The family that [`FONT`] has, and that SVG viewers look for.
 const FAMILY: &str = "sans-serif";
 /// A fresh machine has no fonts, so the program brings its own.
@@ -41,13 +41,11 @@ pub(crate) fn svg<T: Transmittance>(
     function: VisibilityView<'_, T>,
     title: &str,
 ) -> Result<String> {
-    // Control characters are no XML.
-    let title = printable(title);
     let mut document = String::new();
     {
         let units = (SIZE.0 * UNITS, SIZE.1 * UNITS);
         let area = SVGBackend::with_string(&mut document, units).into_drawing_area();
-        draw(&area, function, &title).map_err(|error| anyhow!("drawing the plot: {error}"))?;
+        draw(&area, function, title).map_err(|error| anyhow!("drawing the plot: {error}"))?;
     }
     // The view box stays: it makes the units small.
     let size = |scale| format!("width=\"{}\" height=\"{}\"", SIZE.0 * scale, SIZE.1 * scale);
@@ -59,33 +57,56 @@ pub(crate) fn png<T: Transmittance>(
     function: VisibilityView<'_, T>,
     title: &str,
 ) -> Result<Vec<u8>> {
-    let mut fonts = usvg::fontdb::Database::new();
-    fonts.load_font_data(FONT.to_vec());
-    let family = fonts.faces().next().and_then(|face| face.families.first().cloned());
-    let (family, _) = family.context("the built-in font has no family")?;
-    fonts.set_sans_serif_family(family);
-    let options = usvg::Options { fontdb: Arc::new(fonts), ..usvg::Options::default() };
-    let tree =
-        usvg::Tree::from_str(&svg(function, title)?, &options).context("drawing the plot")?;
-    let mut pixels = tiny_skia::Pixmap::new(SIZE.0 * PNG_SCALE, SIZE.1 * PNG_SCALE)
-        .context("no room for the plot's pixels")?;
-    let scale = tiny_skia::Transform::from_scale(PNG_SCALE as f32, PNG_SCALE as f32);
-    resvg::render(&tree, scale, &mut pixels.as_mut());
-    pixels.encode_png().context("encoding the plot")
+    let [width, height] = [SIZE.0, SIZE.1].map(|side| side * UNITS);
+    let mut fine = vec![0; width as usize * height as usize * 3];
+    {
+        let area = BitMapBackend::with_buffer(&mut fine, (width, height)).into_drawing_area();
+        draw(&area, function, title).map_err(|error| anyhow!("drawing the plot: {error}"))?;
+    }
+    let mut file = Vec::new();
+    let size = [SIZE.0, SIZE.1].map(|side| side * PNG_SCALE);
+    let mut encoder = png::Encoder::new(&mut file, size[0], size[1]);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    let mut writer = encoder.write_header().context("encoding the plot")?;
+    writer.write_image_data(&averages(&fine, width)).context("encoding the plot")?;
+    writer.finish().context("encoding the plot")?;
+    Ok(file)
+}
+
+/// The means of squares of [`SMOOTHING`] pixels of an RGB image `width` wide.
+fn averages(fine: &[u8], width: u32) -> Vec<u8> {
+    let (row, side) = (width as usize * 3, SMOOTHING as usize);
+    let mut means = Vec::with_capacity(fine.len() / (side * side));
+    for rows in fine.chunks_exact(row * side) {
+        for x in (0..row).step_by(3 * side) {
+            for channel in x..x + 3 {
+                let square = rows
+                    .chunks_exact(row)
+                    .flat_map(|row| row[channel..].iter().step_by(3).take(side));
+                let sum: u32 = square.map(|&value| u32::from(value)).sum();
+                means.push((sum / (SMOOTHING * SMOOTHING)) as u8);
+            }
+        }
+    }
+    means
 }
 
 type Drawn = std::result::Result<(), Box<dyn std::error::Error>>;
 
-fn draw<T: Transmittance>(
-    area: &DrawingArea<SVGBackend<'_>, Shift>,
+fn draw<B: DrawingBackend<ErrorType: 'static>, T: Transmittance>(
+    area: &DrawingArea<B, Shift>,
     function: VisibilityView<'_, T>,
     title: &str,
 ) -> Drawn {
+    register_font(FAMILY, FontStyle::Normal, FONT).map_err(|_| "the built-in font is no font")?;
+    // Control characters are no XML.
+    let title = printable(title);
     let text = |size: u32| (FAMILY, size * UNITS).into_font().color(&INK);
     area.fill(&WHITE)?;
     let (near, far) = padded_range(function.depths());
     let mut chart = ChartBuilder::on(area)
-        .caption(title, text(22))
+        .caption(&title, text(22))
         .margin(20 * UNITS)
         .x_label_area_size(52 * UNITS)
         .y_label_area_size(64 * UNITS)

@@ -53,13 +53,9 @@ pub(crate) fn lights(answer: &str) -> Vec<f64> {
 fn layered_maps_are_baked_traced_and_filtered() {
     let folder = Folder::new();
     let (scene, points) = (scene(&folder, "0.75"), points(&folder));
-    for (kind, more) in [("mtsm", ""), ("layers", "--coverage=1")] {
+    for kind in ["mtsm", "layers"] {
         let map = folder.path(&format!("{kind}.dsm"));
-        let kinds = ["--kind", kind, more];
-        let kinds = if kind == "mtsm" { &kinds[..2] } else { &kinds };
-        let base = ["bake", scene.to_str().unwrap(), "-o", map.to_str().unwrap()];
-        let base = base.into_iter().chain(["--resolution", "96"]);
-        let told = crate::run::run(base.chain(kinds.iter().copied())).stdout();
+        let told = run!("bake", scene, "-o", map, "--resolution", "96", "--kind", kind).stdout();
         assert!(told.contains("9216 samples met"), "{told}");
         run!("verify", map).stdout();
         let traced = run!("lookup", map, "--points", points, "--rays", "64").stdout();
@@ -89,10 +85,10 @@ fn layered_maps_are_baked_traced_and_filtered() {
 }
 
 #[test]
-fn fragments_are_what_layers_are_unless_asked_otherwise() {
+fn fragments_are_baked_traced_and_shown() {
     let folder = Folder::new();
     let (scene, points, map) = (scene(&folder, "0.75"), points(&folder), folder.path("f.dsm"));
-    let told = run!("bake", scene, "-o", map, "--kind", "layers", "--resolution", "64").stdout();
+    let told = run!("bake", scene, "-o", map, "--kind", "fragments", "--resolution", "64").stdout();
     // 64 places a pixel, 378 × 378 of them on the floor, 114 × 114 on the pane.
     assert!(told.contains("262144 samples met 155880 surfaces"), "{told}");
     assert!(told.contains("mono, tolerance 0, "), "{told}");
@@ -100,7 +96,7 @@ fn fragments_are_what_layers_are_unless_asked_otherwise() {
     let traced = run!("lookup", map, "--points", points, "--rays", "64").stdout();
     assert_eq!(lights(&traced), [0.25, 1.0, 0.0, 1.0, 1.0]);
     let told = run!("inspect", map, "--json", "--pixel", "32,32").json();
-    assert_eq!((&told["kind"], &told["samples"]), (&json!("layers"), &json!(64)));
+    assert_eq!((&told["kind"], &told["samples"]), (&json!("fragments"), &json!(64)));
     assert_eq!(told["runs"][0].as_array().unwrap().len(), 2);
     let image = folder.path("i.png");
     run!(
@@ -119,9 +115,20 @@ fn fragments_are_what_layers_are_unless_asked_otherwise() {
     .stdout();
     let refused = run!("lookup", map, "--points", points, "--method", "pcf");
     assert!(refused.refusal().contains("fragments are traced"));
-    run!("bake", scene, "-o", map, "--kind", "mtsm", "--coverage", "8")
-        .is_wrong_usage("--coverage is for maps of kind layers");
-    run!("bake", scene, "-o", map, "--kind", "layers", "--coverage", "3").is_wrong_usage("1, 2, 4");
+    for kind in ["deep", "layers", "mtsm"] {
+        run!("bake", scene, "-o", map, "--kind", kind, "--coverage", "1")
+            .is_wrong_usage("--coverage is for maps of kind fragments");
+    }
+    let fragments = ["bake", scene.to_str().unwrap(), "-o", map.to_str().unwrap(), "--kind"];
+    let asked = |more: &[&str]| {
+        crate::run::run(fragments.iter().chain(&["fragments", "--resolution", "16"]).chain(more))
+    };
+    asked(&["--coverage", "3"]).is_wrong_usage("1, 2, 4");
+    asked(&["--samples", "4"]).is_wrong_usage("not --samples");
+    // One place a pixel is fragments still.
+    assert!(asked(&["--coverage", "1"]).stdout().contains("256 samples met"));
+    let told = run!("inspect", map, "--json").json();
+    assert_eq!((&told["kind"], &told["samples"]), (&json!("fragments"), &json!(1)));
 }
 
 #[test]
@@ -207,7 +214,7 @@ fn what_does_not_fit_together_is_refused() {
     let (scene, map) = (scene(&folder, "1.0"), folder.path("map.dsm"));
     let points = points(&folder);
     for (arguments, says) in [
-        (["--layers", "3"], "--layers is for maps of kind layers or mtsm"),
+        (["--layers", "3"], "--layers is for maps of kind fragments, layers or mtsm"),
         (["--resets", "3"], "--resets is for maps of kind mtsm"),
         (["--layers", "0"], "--layers"),
     ] {
@@ -216,6 +223,8 @@ fn what_does_not_fit_together_is_refused() {
     }
     for (kind, switch, value, says) in [
         ("layers", "--resets", "3", "--resets is for maps of kind mtsm"),
+        ("fragments", "--resets", "3", "--resets is for maps of kind mtsm"),
+        ("fragments", "--tolerance", "0.1", "--tolerance is for maps of kind deep or mtsm"),
         ("layers", "--samples", "4", "one sample a pixel"),
         ("layers", "--tolerance", "0.1", "--tolerance is for maps of kind deep or mtsm"),
         ("mtsm", "--crop", "0,0,64,64", "--crop is for maps of kind deep"),

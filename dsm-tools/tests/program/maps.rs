@@ -9,7 +9,7 @@ use dsm_core::{
 use dsm_io::{
     AchievedError, Attribute, Block, Level, MapWriter, Metadata, TileId, WriteOptions, write_map,
 };
-use glam::{Mat4, Vec4};
+use glam::{DMat4, DVec4};
 use tempfile::TempDir;
 
 /// A folder that goes away with the test.
@@ -69,14 +69,14 @@ pub(crate) fn rgb(info: MapInfo) -> DeepMap<Rgb> {
 /// looks down −z; NDC covers [−2, 2] × [−1, 1] at any depth, and 20 × 10
 /// pixels, of which the map holds those from (3, 2).
 pub(crate) fn full_info() -> MapInfo {
-    let world_to_ndc = Mat4::from_rows(
-        Vec4::new(0.25, 0.0, 0.0, 0.5),
-        Vec4::new(0.0, -0.5, 0.0, 0.5),
-        Vec4::Z,
-        Vec4::W,
+    let world_to_ndc = DMat4::from_rows(
+        DVec4::new(0.25, 0.0, 0.0, 0.5),
+        DVec4::new(0.0, -0.5, 0.0, 0.5),
+        DVec4::Z,
+        DVec4::W,
     );
     let camera =
-        ShadowCamera { world_to_camera: Some(Mat4::IDENTITY), world_to_ndc: Some(world_to_ndc) };
+        ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(world_to_ndc) };
     MapInfo {
         camera: Some(camera),
         tolerance: Tolerance::new(0.02).unwrap(),

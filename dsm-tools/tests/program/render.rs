@@ -192,7 +192,7 @@ fn every_switch_shows_in_the_picture() {
         run!("bake", scene, "-o", map, "--kind", kind, "--resolution", "64", "--quiet").stdout();
         map.to_str().unwrap().to_owned()
     };
-    let (fragments, layers) = (bake(&area, "layers"), bake(&slanted, "mtsm"));
+    let (fragments, layers) = (bake(&area, "fragments"), bake(&slanted, "mtsm"));
     let image = folder.path("image.exr");
     let draw = |scene: &std::path::Path, arguments: &[&str]| {
         let base = ["render", scene.to_str().unwrap(), "-o", image.to_str().unwrap(), "--quiet"];

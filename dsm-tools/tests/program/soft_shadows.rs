@@ -3,13 +3,15 @@
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
 use dsm_core::{Facing, LightVisibility, Rgb, ShadedPoint, Transmittance};
 use dsm_io::Limits;
 use dsm_scene::{SceneReference, TracedScene, open_scene};
 use glam::DVec3;
-use mtsm::{FragmentTracer, LayeredReader};
+use mtsm::LayeredReader;
 use serde_json::Value;
+use shadow_maps::fragments::FragmentTracer;
 
 use crate::layers::{lights, points, scene};
 use crate::maps::Folder;
@@ -39,7 +41,7 @@ fn leaves_are_traced_with_the_far_table_that_their_map_and_light_allow() {
         "-o",
         map,
         "--kind",
-        "layers",
+        "fragments",
         "--resolution",
         "128",
         "--quiet"
@@ -55,8 +57,8 @@ fn leaves_are_traced_with_the_far_table_that_their_map_and_light_allow() {
     let light = fragments.frame().area_light(reader.metadata().info.light.unwrap());
     let shaded = |(seed, &position)| ShadedPoint { position, facing: Facing::Light, seed };
     let shaded: Vec<_> = (0..).zip(&points).map(shaded).collect();
-    let exact = FragmentTracer::new(&fragments).unwrap();
-    let far = FragmentTracer::new(&fragments).unwrap().for_light(&light);
+    let exact = FragmentTracer::new(fragments.clone()).unwrap();
+    let far = FragmentTracer::new(fragments.clone()).unwrap().for_light(&light);
     let [exact, far] = [exact, far].map(|tracer| {
         let mut values = Vec::new();
         let Ok(()) = tracer.visibilities(&shaded, &light, &mut values);
@@ -76,7 +78,7 @@ fn leaves_are_traced_with_the_far_table_that_their_map_and_light_allow() {
     let more = ["--method", "trace", "--samples", "1", "--resolution", "24"];
     let given = ["--map", map.to_str().unwrap()];
     run::run(base.iter().chain(&more).chain(&given)).stdout();
-    let tracer = || FragmentTracer::new(&fragments).unwrap();
+    let tracer = || FragmentTracer::new(fragments.clone()).unwrap();
     let exact = draw(&tracer().with_rays(16));
     let far = draw(&tracer().for_light(&light).with_rays(16));
     let drawn = fs::read(image).unwrap();
@@ -84,14 +86,14 @@ fn leaves_are_traced_with_the_far_table_that_their_map_and_light_allow() {
 }
 
 /// The foliage with these shadows, as `render` writes it.
-fn draw(shadow: &FragmentTracer<'_, f32>) -> Vec<u8> {
+fn draw(shadow: &FragmentTracer<f32>) -> Vec<u8> {
     let scene = open_scene(Path::new("builtin:foliage")).unwrap();
-    let traced = TracedScene::new(&scene).unwrap();
+    let traced = Arc::new(TracedScene::new(&scene).unwrap());
     let mut settings = dsm_scene::RenderSettings::new(1, 0).unwrap();
     settings.factor = true;
     let camera = scene.camera.raster([24; 2]).unwrap();
     let light = scene.light.area().unwrap();
-    let renderer = dsm_scene::Renderer::new(&traced, camera, light, settings);
+    let renderer = dsm_scene::Renderer::new(Arc::clone(&traced), camera, light, settings);
     let go_on = |_| std::ops::ControlFlow::Continue(());
     let Ok(Some(image)) = renderer.render(shadow, go_on) else { panic!("it was not interrupted") };
     image.to_png().unwrap()
@@ -114,7 +116,7 @@ fn what_is_baked_for_a_picture_is_what_comes_closest() {
         map.to_str().unwrap().to_owned()
     };
     let panes = scene.to_str().unwrap();
-    let (fragments, runs) = (bake(panes, "layers"), bake(panes, "mtsm"));
+    let (fragments, runs) = (bake(panes, "fragments"), bake(panes, "mtsm"));
     let [of_fragments, of_runs] = [fragments, runs].map(|map| draw(panes, &["--map", &map]));
     assert_ne!(of_fragments, of_runs);
     assert_eq!(draw(panes, &[]), of_fragments);
@@ -140,25 +142,25 @@ fn the_rules_of_the_paper_have_switches() {
     // the upper one; the first pane's does. Then one between both, and one
     // right above the upper.
     let points = folder.write("p.csv", "x,y,z\n0.81,0,0\n0,0,0\n0,1.5,0\n0,2.05,0\n");
-    for kind in [&["mtsm"][..], &["layers", "--coverage", "1"]] {
+    for kind in ["mtsm", "layers"] {
         let map = folder.path("map.dsm");
         let base = ["bake", scene.to_str().unwrap(), "-o", map.to_str().unwrap(), "--quiet"];
-        run::run(base.iter().chain(&["--kind"]).chain(kind)).stdout();
+        run::run(base.iter().chain(&["--kind", kind])).stdout();
         let ask = |more: &[&str]| {
             let base = ["lookup", map.to_str().unwrap(), "--points", points.to_str().unwrap()];
             let point = ["--light-size", "0", "--rays", "1"];
             lights(&run::run(base.iter().chain(&point).chain(more)).stdout())
         };
-        assert_eq!(ask(&[]), [0.25, 0.25, 0.5, 1.0], "{kind:?}");
-        assert_eq!(ask(&["--rule", "ratio", "--z-threshold", "0"]), ask(&[]), "{kind:?}");
+        assert_eq!(ask(&[]), [0.25, 0.25, 0.5, 1.0], "{kind}");
+        assert_eq!(ask(&["--rule", "ratio", "--z-threshold", "0"]), ask(&[]), "{kind}");
         // Equation 3: a half and a half.
-        assert_eq!(ask(&["--rule", "subtract"]), [0.0, 0.25, 0.5, 1.0], "{kind:?}");
+        assert_eq!(ask(&["--rule", "subtract"]), [0.0, 0.25, 0.5, 1.0], "{kind}");
         // §6.1: the upper pane reaches up to the point above it, which then has
         // to start farther away.
         let thick = ["--z-threshold", "0.1"];
         let near = ask(&[thick[0], thick[1], "--bias", "0"]);
-        assert_eq!(near[1..], [0.25, 0.5, 0.5], "{kind:?}");
-        assert_eq!(ask(&thick)[1..], [0.25, 0.5, 1.0], "{kind:?}");
+        assert_eq!(near[1..], [0.25, 0.5, 0.5], "{kind}");
+        assert_eq!(ask(&thick)[1..], [0.25, 0.5, 1.0], "{kind}");
         // A layer that reaches far is met in more than one pixel.
         assert!(near[0] < 0.25, "{kind:?} {near:?}");
         let image = folder.path("i.exr");
@@ -190,7 +192,7 @@ fn rules_go_with_traced_layers_alone() {
     let folder = Folder::new();
     let (scene, points, map) = (scene(&folder, "0.75"), points(&folder), folder.path("f.dsm"));
     let image = folder.path("i.exr");
-    run!("bake", scene, "-o", map, "--kind", "layers", "--resolution", "16", "--quiet").stdout();
+    run!("bake", scene, "-o", map, "--kind", "fragments", "--resolution", "16", "--quiet").stdout();
     for switch in [["--rule", "ratio"], ["--z-threshold", "0"]] {
         let [name, value] = switch;
         let refused = run!("lookup", map, "--points", points, name, value);
@@ -221,18 +223,17 @@ fn single_layers_are_traced_and_filtered() {
     let scene = scene(&folder, "0.75");
     // In the pane's shadow and below the floor; below the floor beside it.
     let points = folder.write("p.csv", "x,y,z\n0,0.5,0\n0,-0.5,0\n2,-0.5,0\n");
-    for (kind, more) in [("mtsm", &[][..]), ("layers", &["--coverage", "1"]), ("layers", &[])] {
+    for kind in ["mtsm", "layers", "fragments"] {
         let map = folder.path("map.dsm");
         let base = ["bake", scene.to_str().unwrap(), "-o", map.to_str().unwrap(), "--kind", kind];
         let few = ["--resolution", "96", "--layers", "1"];
-        let told = run::run(base.iter().chain(&few).chain(more)).stdout();
+        let told = run::run(base.iter().chain(&few)).stdout();
         assert!(told.contains("pixels have more layers than --layers keeps"), "{told}");
-        let methods: &[&str] =
-            if kind == "layers" && more.is_empty() { &["trace"] } else { &["trace", "pcf"] };
+        let methods: &[&str] = if kind == "fragments" { &["trace"] } else { &["trace", "pcf"] };
         for method in methods {
             let answer = run!("lookup", map, "--points", points, "--method", method).stdout();
             // The pane hides the floor behind it.
-            assert_eq!(lights(&answer), [0.25, 0.25, 0.0], "{kind} {more:?} {method}");
+            assert_eq!(lights(&answer), [0.25, 0.25, 0.0], "{kind} {method}");
         }
     }
 }
@@ -249,9 +250,8 @@ fn odd_points_and_lights_have_answers() {
         "x,y,z\n0,5,0\n0.3,5,0.1\n0,4.9999999,0\n0,9,0\n0,100,0\nnan,0,0\n0,nan,nan\ninf,0,0\n\
          1e300,0,0\n0,-1e300,0\n0.01,0.5,0.01\n0.01,-0.5,0.01\n",
     );
-    for (kind, more) in [("mtsm", &[][..]), ("layers", &["--coverage", "1"]), ("layers", &[])] {
-        let methods: &[&str] =
-            if kind == "layers" && more.is_empty() { &["trace"] } else { &["trace", "pcf"] };
+    for kind in ["mtsm", "layers", "fragments"] {
+        let methods: &[&str] = if kind == "fragments" { &["trace"] } else { &["trace", "pcf"] };
         for (scene, method) in
             [&small, &large].into_iter().flat_map(|scene| methods.iter().map(move |of| (scene, of)))
         {
@@ -259,14 +259,14 @@ fn odd_points_and_lights_have_answers() {
             let base =
                 ["bake", scene.to_str().unwrap(), "-o", map.to_str().unwrap(), "--kind", kind];
             let few = ["--resolution", "32", "--quiet"];
-            run::run(base.iter().chain(&few).chain(more)).stdout();
+            run::run(base.iter().chain(&few)).stdout();
             for light in [None, Some("0"), Some("1000"), Some("1e30"), Some("3.4e38")] {
                 let size = light.map(|size| ["--light-size", size]);
                 let base = ["lookup", map.to_str().unwrap(), "--points", points.to_str().unwrap()];
                 let few = ["--rays", "16", "--method", method];
                 let arguments = base.iter().chain(&few).chain(size.iter().flatten());
                 let answer = lights(&run::run(arguments).stdout());
-                let name = format!("{kind} {more:?} {method} {light:?}: {answer:?}");
+                let name = format!("{kind} {method} {light:?}: {answer:?}");
                 assert_eq!(answer.len(), 12, "{name}");
                 assert!(answer.iter().all(|light| (0.0..=1.0).contains(light)), "{name}");
                 assert!(answer[..9].iter().all(|&light| light == 1.0), "{name}");
@@ -285,8 +285,8 @@ fn panes_of_glass_colour_the_light_of_every_kind_of_map() {
     let scene = open_scene(Path::new("builtin:stained-glass")).unwrap();
     let (text, points) = grid(DVec3::new(0.0, 0.02, 1.3), 1.2);
     let file = folder.write("p.csv", text);
-    let traced = TracedScene::new(&scene).unwrap();
-    let reference = SceneReference::<Rgb>::new(&traced).with_rays(256);
+    let traced = Arc::new(TracedScene::new(&scene).unwrap());
+    let reference = SceneReference::<Rgb>::new(Arc::clone(&traced)).with_rays(256);
     let light = scene.light.area().unwrap();
     let truth: Vec<Rgb> = (0..)
         .zip(&points)
@@ -298,12 +298,10 @@ fn panes_of_glass_colour_the_light_of_every_kind_of_map() {
     let is_coloured = |light: &&Rgb| !Transmittance::is_mono(**light);
     let coloured = truth.iter().filter(is_coloured).count();
     assert!(coloured > 16, "{coloured} {truth:?}");
-    for (kind, more, most) in
-        [("layers", &[][..], 0.01), ("layers", &["--coverage", "1"], 0.08), ("mtsm", &[], 0.08)]
-    {
+    for (kind, most) in [("fragments", 0.01), ("layers", 0.08), ("mtsm", 0.08)] {
         let base = ["bake", "builtin:stained-glass", "-o", map.to_str().unwrap(), "--kind", kind];
         let few = ["--resolution", "256", "--quiet"];
-        run::run(base.iter().chain(&few).chain(more)).stdout();
+        run::run(base.iter().chain(&few)).stdout();
         run!("verify", map).stdout();
         assert_eq!(run!("inspect", map, "--json").json()["channels"], 3);
         let answer = run!("lookup", map, "--points", file).stdout();
@@ -317,6 +315,6 @@ fn panes_of_glass_colour_the_light_of_every_kind_of_map() {
             }
         }
         let errors = squares.map(f64::sqrt);
-        assert!(errors.iter().all(|&error| error < most), "{kind} {more:?}: {errors:?}");
+        assert!(errors.iter().all(|&error| error < most), "{kind}: {errors:?}");
     }
 }

@@ -10,7 +10,10 @@ use dsm_io::{
 
 use super::tile::StoredTile;
 use super::{LayeredKeys, LayeredKind};
-use crate::{BakedLayers, DepthLayers, LayeredInfo, LayeredPixels, MultilayerBaker};
+use crate::build::{BakedLayers, MultilayerBaker};
+use crate::depth_layers::DepthLayers;
+use crate::layered_pixels::LayeredPixels;
+use crate::multilayer_settings::LayeredInfo;
 
 /// What a bake into a file made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

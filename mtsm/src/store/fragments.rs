@@ -1,18 +1,19 @@
-//! Maps of fragments in files: kind `layers` with coverage masks.
+//! Maps of fragments in files: kind `fragments`.
 
 use std::path::Path;
 
 use dsm_core::{HitSource, MapInfo, Transmittance};
 use dsm_io::{
-    AchievedError, Block, ColumnReader, EncodedTile, Error, Metadata, Result, TileColumn, TileId,
+    AchievedError, Block, ColumnReader, EncodedTile, Error, Metadata, PixelBlock, Result,
+    TileColumn, TileId,
 };
 use rayon::prelude::*;
+use shadow_maps::fragments::{Fragment, FragmentBuilder, FragmentColumns, FragmentCounts};
 
 use super::bake::{LayeredReport, LayeredWriter};
 use super::tile::StoredTile;
 use super::{LayeredKeys, LayeredKind};
-use crate::row_order::PixelBlock;
-use crate::{Fragment, FragmentBuilder, FragmentColumns, FragmentCounts, Layering};
+use crate::multilayer_settings::Layering;
 
 /// The fragments of a tile.
 #[derive(Clone, Debug)]
@@ -23,13 +24,7 @@ pub(super) struct FragmentTile<T> {
 
 impl<T: Transmittance> FragmentTile<T> {
     fn clear(size: [u32; 2]) -> Self {
-        let columns = FragmentColumns {
-            offsets: vec![0],
-            w: Vec::new(),
-            gradients: [Vec::new(), Vec::new()],
-            opacities: Vec::new(),
-            coverage: Vec::new(),
-        };
+        let columns = FragmentColumns::new();
         Self { size, columns }
     }
 
@@ -58,41 +53,12 @@ impl<T: Transmittance> PixelBlock for FragmentTile<T> {
     }
 }
 
-/// The columns of pixels that come one after the other.
-#[derive(Debug)]
-pub(super) struct FragmentPixels<T>(pub(super) FragmentColumns<T>);
-
-impl<T: Transmittance> FragmentPixels<T> {
-    pub(super) fn new() -> Self {
-        Self(FragmentTile::clear([0; 2]).columns)
-    }
-
-    /// Adds a pixel.
-    pub(super) fn push(
-        &mut self,
-        pixel: impl Iterator<Item = Fragment<T>>,
-    ) -> dsm_core::Result<()> {
-        let FragmentColumns { offsets, w, gradients, opacities, coverage } = &mut self.0;
-        for fragment in pixel {
-            w.push(fragment.w);
-            gradients[0].push(fragment.gradient[0]);
-            gradients[1].push(fragment.gradient[1]);
-            opacities.push(fragment.opacity);
-            coverage.push(fragment.coverage);
-        }
-        let (count, limit) = (w.len() as u64, u64::from(u32::MAX));
-        let too_large = |_| dsm_core::Error::TooLarge { what: "fragments", count, limit };
-        offsets.push(u32::try_from(w.len()).map_err(too_large)?);
-        Ok(())
-    }
-}
-
 impl<T: Transmittance> StoredTile for FragmentTile<T> {
     const KIND: LayeredKind = LayeredKind::Fragments;
     const CHANNELS: usize = T::CHANNELS;
 
     fn encode(&self, block: Block) -> Result<EncodedTile> {
-        let FragmentColumns { offsets, w, gradients, opacities, coverage } = &self.columns;
+        let FragmentColumns { offsets, w, gradients, facing, opacities, coverage } = &self.columns;
         if w.is_empty() {
             return Ok(EncodedTile::default());
         }
@@ -106,6 +72,7 @@ impl<T: Transmittance> StoredTile for FragmentTile<T> {
             TileColumn::of_floats(w),
             TileColumn::of_floats(&gradients[0]),
             TileColumn::of_floats(&gradients[1]),
+            TileColumn::flags(facing),
             TileColumn::of_floats(&opacities),
             TileColumn::of(&low),
             TileColumn::of(&high),
@@ -131,13 +98,14 @@ impl<T: Transmittance> StoredTile for FragmentTile<T> {
         let offsets = columns.take(u64::from(width) * u64::from(height) + 1)?;
         let w = columns.take_floats(count)?;
         let gradients = [columns.take_floats(count)?, columns.take_floats(count)?];
+        let facing = columns.take(count.div_ceil(32))?;
         let values = columns.take_floats(count.saturating_mul(T::CHANNELS as u64))?;
         let [low, high] = [columns.take(count)?, columns.take(count)?];
         let opacity = |at| T::from_channels(|channel| values[channel * w.len() + at]);
         let opacities = (0..w.len()).map(opacity).collect();
         let masks = low.iter().zip(&high);
         let coverage = masks.map(|(&low, &high)| u64::from(high) << 32 | u64::from(low)).collect();
-        let read = FragmentColumns { offsets, w, gradients, opacities, coverage };
+        let read = FragmentColumns { offsets, w, gradients, facing, opacities, coverage };
         read.check([width, height]).map_err(|error| columns.refuse_pixel(error))?;
         let most = read.offsets.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(0);
         if most > layering.max_layers {
@@ -193,12 +161,11 @@ where
     for y in 0..rows {
         let encode = |x: u32| {
             let rect = level.tile_rect(x, y)?;
-            let mut pixels = FragmentPixels::new();
+            let mut tile = FragmentTile::clear([rect.width, rect.height]);
             let columns = rect.x..rect.x + rect.width;
             let mut places = (rect.y..rect.y + rect.height)
                 .flat_map(|row| columns.clone().map(move |column| (column, row)));
-            let pushed = places.try_for_each(|(x, y)| pixels.push(map.pixel(x, y)));
-            let tile = FragmentTile { size: [rect.width, rect.height], columns: pixels.0 };
+            let pushed = places.try_for_each(|(x, y)| tile.columns.push_pixel(map.pixel(x, y)));
             Some(pushed.map_err(Error::from).and_then(|()| tile.encode(block)))
         };
         let tiles: Vec<_> = (0..columns).into_par_iter().map(encode).collect();

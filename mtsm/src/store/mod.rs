@@ -1,5 +1,5 @@
-//! Layered maps in `.dsm` files: the payloads and metadata of the kinds `mtsm`
-//! and `layers`, as `docs/format/dsm-1.md`, section 13, defines them.
+//! Layered maps in `.dsm` files: the payloads and metadata of the kinds `mtsm`,
+//! `layers` and `fragments`, as `docs/format/dsm-1.md`, section 13, defines them.
 
 pub(crate) mod bake;
 pub(crate) mod fragments;
@@ -9,7 +9,7 @@ mod tile;
 
 use serde::{Deserialize, Serialize};
 
-use crate::Layering;
+use crate::multilayer_settings::Layering;
 
 /// What the layers of a stored map are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,14 +29,15 @@ impl LayeredKind {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Mtsm => "mtsm",
-            Self::Layers | Self::Fragments => "layers",
+            Self::Layers => "layers",
+            Self::Fragments => "fragments",
         }
     }
 
-    /// The kind of this name; "layers" is [`Self::Layers`].
+    /// The kind of this name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
-        [Self::Mtsm, Self::Layers].into_iter().find(|kind| kind.name() == name)
+        [Self::Mtsm, Self::Layers, Self::Fragments].into_iter().find(|kind| kind.name() == name)
     }
 }
 

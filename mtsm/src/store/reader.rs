@@ -3,17 +3,19 @@
 use std::path::Path;
 
 use dsm_core::{Rgb, SurfaceHit, Transmittance};
-use dsm_io::{ColumnReader, Container, Error, Limits, Metadata, Place, Result, TileId};
+use dsm_io::{ColumnReader, Container, Error, Limits, Metadata, Place, Result, RowOrder, TileId};
+use dsm_trace::LightFrame;
+use shadow_maps::fragments::{Fragment, FragmentColumns, FragmentMap};
 
-use super::fragments::{FragmentPixels, FragmentTile};
+use super::fragments::FragmentTile;
 use super::summary::LayeredSummary;
 use super::tile::StoredTile;
 use super::{LayeredKeys, LayeredKind};
-use crate::row_order::RowOrder;
-use crate::{
-    DepthLayers, Fragment, FragmentMap, Layer, LayeredInfo, LayeredPixels, LayeredPixelsBuilder,
-    Layering, LightFrame, MultilayerDepthMap, MultilayerMap,
-};
+use crate::depth_layers::{DepthLayers, MultilayerDepthMap};
+use crate::layer::Layer;
+use crate::layered_pixels::{LayeredPixels, LayeredPixelsBuilder};
+use crate::multilayer_map::MultilayerMap;
+use crate::multilayer_settings::{LayeredInfo, Layering};
 
 /// An open layered map.
 ///
@@ -70,11 +72,19 @@ impl LayeredReader {
             let reason = "a map allows at least one layer, and its light's depth is finite and ≥ 0";
             return Err(Error::Metadata(reason.to_owned()));
         }
-        let kind = match (kind, coverage) {
-            (LayeredKind::Layers, Some(1 | 2 | 4 | 8)) => LayeredKind::Fragments,
-            (kind, None) => kind,
-            _ => return Err(Error::Metadata("such a map has no such coverage".to_owned())),
-        };
+        match (kind, coverage) {
+            (LayeredKind::Fragments, Some(1 | 2 | 4 | 8)) => {}
+            (LayeredKind::Fragments, _) => {
+                let reason = "the coverage of fragments must be 1, 2, 4 or 8";
+                return Err(Error::Metadata(reason.to_owned()));
+            }
+            (_, None) => {}
+            (kind, Some(_)) => {
+                let name = kind.name();
+                let reason = format!("a map of kind \"{name}\" has no key \"coverage\"");
+                return Err(Error::Metadata(reason));
+            }
+        }
         let level = container.level(0)?;
         let refuse =
             |reason: &'static str| Error::Invalid { place: Place::Level(0), reason: reason.into() };
@@ -208,16 +218,16 @@ impl LayeredReader {
     ///
     /// As [`Self::multilayer_map`].
     pub fn fragment_map<T: Transmittance>(&self) -> Result<FragmentMap<T>> {
-        let mut pixels = FragmentPixels::new();
+        let mut pixels = FragmentColumns::new();
         let mut rows = RowOrder::new(self.tile_columns());
         let read = self.for_each_tile(|tile: FragmentTile<T>| {
-            Ok(rows.push(tile, |tile, pixel| pixels.push(tile.fragments(pixel)))?)
+            Ok(rows.push(tile, |tile, pixel| pixels.push_pixel(tile.fragments(pixel)))?)
         });
         let camera = self.metadata.info.camera.unwrap_or_default();
         let size = [self.metadata.width, self.metadata.height];
         let map = read.and_then(|()| {
             let frame = LightFrame::new(&camera, size, self.layering.light_depth.into())?;
-            Ok(FragmentMap::new(frame, pixels.0)?)
+            Ok(FragmentMap::new(frame, pixels)?)
         });
         self.in_file(map)
     }

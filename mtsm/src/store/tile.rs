@@ -1,11 +1,12 @@
 //! The pixels of a tile to columns of words, and back.
 
 use dsm_core::{PixelListsView, Transmittance};
-use dsm_io::{Block, ColumnReader, EncodedTile, Result, TileColumn};
+use dsm_io::{Block, ColumnReader, EncodedTile, PixelBlock, Result, TileColumn};
 
 use super::LayeredKind;
-use crate::row_order::PixelBlock;
-use crate::{DepthLayers, LayeredPixels, LayeredPixelsBuilder, Layering};
+use crate::depth_layers::DepthLayers;
+use crate::layered_pixels::{LayeredPixels, LayeredPixelsBuilder};
+use crate::multilayer_settings::Layering;
 
 /// Pixels as they are stored: the tile of a kind of map.
 pub(super) trait StoredTile: PixelBlock + Sized {

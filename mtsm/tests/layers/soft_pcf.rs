@@ -3,6 +3,7 @@
 use dsm_core::{AreaLight, LightVisibility, Rgb, VisibilityField};
 use glam::DVec3;
 use mtsm::{FilteredLayers, SoftPercentageCloser, TracedMap};
+use std::sync::Arc;
 
 use crate::views::Sheets;
 
@@ -16,13 +17,14 @@ fn half() -> Sheets {
     Sheets { samples: 1, pixels: (0..35).map(pixel).collect() }
 }
 
-fn see<M: TracedMap>(
+fn see<M: TracedMap + Clone>(
     map: &M,
     layers: FilteredLayers,
     receiver: DVec3,
     light: &AreaLight,
 ) -> M::Value {
-    let filter = SoftPercentageCloser::new(map, layers).unwrap().with_taps(4096).unwrap();
+    let filter =
+        SoftPercentageCloser::new(Arc::new(map.clone()), layers).unwrap().with_taps(4096).unwrap();
     filter.visibility(receiver, light, 5).unwrap()
 }
 
@@ -68,7 +70,7 @@ fn without_size_it_is_a_lookup() {
 fn bias_and_odd_receivers() {
     let map = half().baker::<f32>(0.0, 0.0).depth_map().unwrap();
     let light = AreaLight::sphere(DVec3::ZERO, 0.1);
-    let filter = SoftPercentageCloser::new(&map, FilteredLayers::All).unwrap();
+    let filter = SoftPercentageCloser::new(Arc::new(map.clone()), FilteredLayers::All).unwrap();
     let on_the_wall = DVec3::new(-1.6, 0.0, -2.1);
     assert_eq!(filter.visibility(on_the_wall, &light, 0), Ok(0.0));
     for receiver in [DVec3::NAN, DVec3::ZERO, DVec3::Z, DVec3::new(0.0, 0.0, -1.0)] {
@@ -85,6 +87,6 @@ fn bias_and_odd_receivers() {
     let biased = biased.with_pixel_bias();
     assert_eq!(biased.visibility(on_the_wall, &light, 0), Ok(1.0));
     assert!(biased.with_bias(f64::NAN).is_err());
-    let filter = SoftPercentageCloser::new(&map, FilteredLayers::All).unwrap();
+    let filter = SoftPercentageCloser::new(Arc::new(map.clone()), FilteredLayers::All).unwrap();
     assert!(filter.with_taps(0).is_err());
 }

@@ -7,6 +7,7 @@ use dsm_core::{
 use glam::DVec3;
 use mtsm::{LayeredInfo, LeafRule, MultilayerMap, MultilayerTracer, TraceSettings, TracedMap};
 use proptest::prelude::*;
+use std::sync::Arc;
 
 use crate::config::config;
 use crate::views::{Sheets, sheets};
@@ -34,10 +35,12 @@ fn light_point(depth: f64) -> impl Strategy<Value = DVec3> {
     (side.clone(), side).prop_map(move |(x, y)| DVec3::new(x, y, -depth))
 }
 
-fn check_walk<M: TracedMap>(map: &M, rays: &[(DVec3, DVec3)]) {
+fn check_walk<M: TracedMap>(map: M, rays: &[(DVec3, DVec3)]) {
+    let map = Arc::new(map);
     for rule in [LeafRule::Ratio, LeafRule::Subtract] {
         for threshold in [0.0, 0.3] {
-            let tracer = MultilayerTracer::new(map, settings(rule, threshold, 0.0)).unwrap();
+            let tracer =
+                MultilayerTracer::new(Arc::clone(&map), settings(rule, threshold, 0.0)).unwrap();
             for &(receiver, light) in rays {
                 let traced = tracer.transmittance(receiver, light, 0.5).unwrap();
                 let naive = tracer.transmittance_naively(receiver, light);
@@ -49,9 +52,9 @@ fn check_walk<M: TracedMap>(map: &M, rays: &[(DVec3, DVec3)]) {
 
 fn check_walks<T: Transmittance>(sheets: &Sheets, light_depth: f32, rays: &[(DVec3, DVec3)]) {
     let baker = sheets.baker::<T>(0.05, light_depth);
-    check_walk(&baker.map().unwrap(), rays);
+    check_walk(baker.map().unwrap(), rays);
     if sheets.samples == 1 {
-        check_walk(&baker.depth_map().unwrap(), rays);
+        check_walk(baker.depth_map().unwrap(), rays);
     }
 }
 
@@ -59,7 +62,8 @@ fn check_walks<T: Transmittance>(sheets: &Sheets, light_depth: f32, rays: &[(DVe
 fn check_point<T: Transmittance>(sheets: &Sheets, tolerance: f32, receiver: DVec3) {
     let map = sheets.baker::<T>(tolerance, 0.0).map().unwrap();
     for rule in [LeafRule::Ratio, LeafRule::Subtract] {
-        let tracer = MultilayerTracer::new(&map, settings(rule, 0.0, 0.0)).unwrap();
+        let tracer =
+            MultilayerTracer::new(Arc::new(map.clone()), settings(rule, 0.0, 0.0)).unwrap();
         let Some(place) = tracer.frame().project(receiver) else { continue };
         let size = VisibilityField::size(&map).map(f64::from);
         if !(0..2).all(|axis| (0.0..size[axis]).contains(&place[axis])) {
@@ -100,8 +104,8 @@ fn check_occluder<T: Transmittance>(
     let maps = [before.map().unwrap(), after.map().unwrap()];
     let layers = [before.depth_map().unwrap(), after.depth_map().unwrap()];
     let settings = settings(LeafRule::Ratio, 0.0, 0.1);
-    let maps = maps.each_ref().map(|map| MultilayerTracer::new(map, settings).unwrap());
-    let layers = layers.each_ref().map(|map| MultilayerTracer::new(map, settings).unwrap());
+    let maps = maps.map(|map| MultilayerTracer::new(Arc::new(map), settings).unwrap());
+    let layers = layers.map(|map| MultilayerTracer::new(Arc::new(map), settings).unwrap());
     for &(receiver, light) in rays {
         let found = [
             maps.each_ref().map(|map| map.transmittance(receiver, light, 0.0).unwrap()),
@@ -162,7 +166,7 @@ fn wall() -> Sheets {
 #[test]
 fn receivers_that_cannot_be_answered_are_lit_and_counted() {
     let map = wall().baker::<f32>(0.0, 0.5).map().unwrap();
-    let tracer = MultilayerTracer::new(&map, TraceSettings::default()).unwrap();
+    let tracer = MultilayerTracer::new(Arc::new(map.clone()), TraceSettings::default()).unwrap();
     let light = AreaLight::rectangle(DVec3::new(0.0, 0.0, -0.5), DVec3::X * 0.1, DVec3::Y * 0.1);
     let see = |receiver| tracer.visibility(receiver, &light, 3).unwrap();
     assert_eq!(see(DVec3::new(0.0, 0.0, -4.0)), 0.0);
@@ -192,7 +196,7 @@ fn receivers_that_cannot_be_answered_are_lit_and_counted() {
 fn a_map_without_layers_shades_nothing() {
     let empty = Sheets { samples: 1, pixels: vec![Vec::new(); 35] };
     let map = empty.baker::<f32>(0.0, 0.0).map().unwrap();
-    let tracer = MultilayerTracer::new(&map, TraceSettings::default()).unwrap();
+    let tracer = MultilayerTracer::new(Arc::new(map.clone()), TraceSettings::default()).unwrap();
     let receiver = DVec3::new(0.0, 0.0, -4.0);
     assert_eq!(tracer.transmittance(receiver, DVec3::ZERO, 0.0), Ok(1.0));
 }
@@ -209,14 +213,17 @@ fn settings_and_maps_that_cannot_be_traced_are_refused() {
         TraceSettings { start: Some(f64::INFINITY), ..good },
         TraceSettings { stop_below: 2.0, ..good },
     ] {
-        let refused = MultilayerTracer::new(&map, settings);
+        let refused = MultilayerTracer::new(Arc::new(map.clone()), settings);
         assert!(matches!(refused, Err(Error::Setting { .. })), "{settings:?}");
     }
     for camera in [None, Some(ShadowCamera::default())] {
         let mut info: LayeredInfo = *map.info();
         info.map.camera = camera;
         let blind = MultilayerMap::new(info, map.pixels().clone());
-        assert!(matches!(MultilayerTracer::new(&blind, good), Err(Error::Camera(_))));
+        assert!(matches!(
+            MultilayerTracer::new(Arc::new(blind.clone()), good),
+            Err(Error::Camera(_))
+        ));
     }
 }
 
@@ -228,7 +235,7 @@ fn a_threshold_closes_what_lies_beside_the_ray() {
     let map = sheets.baker::<f32>(0.0, 0.0).map().unwrap();
     let light = |threshold| {
         let settings = settings(LeafRule::Ratio, threshold, 0.0);
-        let tracer = MultilayerTracer::new(&map, settings).unwrap();
+        let tracer = MultilayerTracer::new(Arc::new(map.clone()), settings).unwrap();
         let through = tracer.frame().unproject(3.2, 2.5, 2.0);
         let towards = tracer.frame().unproject(2.5, 2.5, 1.9);
         let receiver = through + (through - towards);

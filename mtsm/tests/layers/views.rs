@@ -4,7 +4,7 @@ use dsm_core::{
     Error, HitSource, PixelSampling, ShadowCamera, SurfaceHit, TileHits, TileSamples, Tolerance,
     Transmittance,
 };
-use glam::{Mat4, Vec4};
+use glam::{DMat4, DVec4};
 use mtsm::{MultilayerBaker, MultilayerSettings};
 use proptest::prelude::*;
 
@@ -12,13 +12,13 @@ pub(crate) const SIZE: [u32; 2] = [7, 5];
 
 /// At the origin, looking down −z, 90 degrees wide.
 pub(crate) fn camera() -> ShadowCamera {
-    let to_ndc = Mat4::from_cols(
-        Vec4::new(0.5, 0.0, 0.0, 0.0),
-        Vec4::new(0.0, -0.5, 0.0, 0.0),
-        Vec4::new(-0.5, -0.5, -1.0, -1.0),
-        Vec4::ZERO,
+    let to_ndc = DMat4::from_cols(
+        DVec4::new(0.5, 0.0, 0.0, 0.0),
+        DVec4::new(0.0, -0.5, 0.0, 0.0),
+        DVec4::new(-0.5, -0.5, -1.0, -1.0),
+        DVec4::ZERO,
     );
-    ShadowCamera { world_to_camera: Some(Mat4::IDENTITY), world_to_ndc: Some(to_ndc) }
+    ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(to_ndc) }
 }
 
 /// What the samples of each pixel meet: depths and opacities.

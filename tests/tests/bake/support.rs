@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use dsm_core::{BakeSettings, Baker, DeepMap, HitSource, Transmittance};
 use dsm_io::{BakeOptions, BakeReport, Limits, MapReader};
@@ -35,12 +36,12 @@ pub(crate) fn scene_file(folder: &Path, text: &str) -> Stage {
 /// A scene that is ready to be baked.
 pub(crate) struct Stage {
     pub(crate) scene: Scene,
-    pub(crate) traced: TracedScene,
+    pub(crate) traced: Arc<TracedScene>,
 }
 
 impl Stage {
     pub(crate) fn new(scene: Scene) -> Self {
-        let traced = TracedScene::new(&scene).unwrap();
+        let traced = Arc::new(TracedScene::new(&scene).unwrap());
         Self { scene, traced }
     }
 
@@ -63,7 +64,7 @@ impl Stage {
         &self,
         settings: &BakeSettings,
     ) -> Baker<T, impl HitSource<T, Error = Error> + '_> {
-        let source = SceneHitSource::new(&self.traced, self.raster(settings.size));
+        let source = SceneHitSource::new(Arc::clone(&self.traced), self.raster(settings.size));
         Baker::new(source, settings.clone()).unwrap()
     }
 

@@ -100,7 +100,9 @@ fn windows_cameras_and_attributes_are_kept() {
             assert_eq!(kept.bytes(), attribute.value);
         }
         let camera = metadata.info.camera;
-        let columns = |matrix: Option<glam::Mat4>| matrix.map(|matrix| matrix.to_cols_array());
+        let columns = |matrix: Option<glam::DMat4>| {
+            matrix.map(|matrix| matrix.to_cols_array().map(|number| number as f32))
+        };
         // Rows of the file's row-vector matrix are columns of ours.
         assert_eq!(columns(camera.and_then(|c| c.world_to_camera)), header.world_to_camera);
         assert_eq!(columns(camera.and_then(|c| c.world_to_ndc)), header.world_to_ndc);

@@ -7,7 +7,7 @@ use dsm_core::{
     Vertex,
 };
 use dsm_io::{AchievedError, Attribute, Block, Metadata, WriteOptions, write_map};
-use glam::{Mat4, Vec3, Vec4};
+use glam::{DMat4, Mat4, Vec3, Vec4};
 
 use crate::pixels::build;
 
@@ -53,8 +53,13 @@ pub(crate) fn document() -> Example<f32> {
 fn metadata(channels: u8) -> Metadata {
     let view = Mat4::from_translation(Vec3::new(-0.1, 0.2, -5.0));
     let projection = Mat4::from_diagonal(Vec4::new(0.3, -0.7, 1.0, 1.0));
-    let camera =
-        ShadowCamera { world_to_camera: Some(view), world_to_ndc: Some(projection * view) };
+    // The files were written when matrices were `f32`: by their shortest decimals.
+    let decimal = |number: f32| number.to_string().parse().unwrap();
+    let wide = |matrix: Mat4| DMat4::from_cols_array(&matrix.to_cols_array().map(decimal));
+    let camera = ShadowCamera {
+        world_to_camera: Some(wide(view)),
+        world_to_ndc: Some(wide(projection * view)),
+    };
     let info = MapInfo {
         camera: Some(camera),
         tolerance: Tolerance::new(0.02).unwrap(),

@@ -1,30 +1,15 @@
-//! Files of every version stay readable. `DSM_WRITE_GOLDEN=1` writes them
-//! anew, for a change of the format that nobody has files of yet.
-
-use std::path::PathBuf;
+//! Deep maps that were written once stay readable.
 
 use dsm_core::{Rgb, Transmittance};
 use dsm_io::{AnyDeepMap, Block, Limits, MapReader};
+use dsm_tests::golden;
 
 use crate::damage::defects;
 use crate::examples::{Example, coloured, document, mono};
 use crate::round_trip::bits;
 
-fn data() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("data/dsm-1")
-}
-
-/// The golden file of this name; `now` is what would be written today.
-fn golden(name: &str, now: impl FnOnce() -> Vec<u8>) -> Vec<u8> {
-    let path = data().join(name);
-    if std::env::var_os("DSM_WRITE_GOLDEN").is_some() {
-        std::fs::write(&path, now()).unwrap();
-    }
-    std::fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
-}
-
 fn check<T: Transmittance>(name: &str, example: &Example<T>) -> Vec<u8> {
-    let bytes = golden(name, || example.bytes());
+    let bytes = golden::file(name, || example.bytes());
     let reader = MapReader::from_bytes(bytes.clone(), &Limits::default()).unwrap();
     assert!(reader.verify().is_empty(), "{name}: {:?}", reader.verify());
     assert_eq!(reader.metadata(), &example.metadata, "{name}");
@@ -53,7 +38,7 @@ fn files_of_version_1_0() {
 #[test]
 fn packed_golden_files_are_packed() {
     for name in ["mono_zstd.dsm", "rgb_zstd.dsm"] {
-        let reader = MapReader::open(data().join(name), &Limits::default()).unwrap();
+        let reader = MapReader::open(golden::folder().join(name), &Limits::default()).unwrap();
         let entries: Vec<_> =
             reader.directory(0).unwrap().iter().map(|(_, entry)| *entry).collect();
         assert!(entries.iter().filter(|entry| !entry.is_empty()).count() > 3);
@@ -66,7 +51,7 @@ fn packed_golden_files_are_packed() {
 #[test]
 fn damaged_files_are_what_their_names_say() {
     for defect in defects() {
-        let bytes = golden(&format!("damaged/{}.dsm", defect.name), || defect.bytes.clone());
+        let bytes = golden::file(&format!("damaged/{}.dsm", defect.name), || defect.bytes.clone());
         assert!(bytes == defect.bytes, "{}", defect.name);
     }
 }
@@ -74,7 +59,7 @@ fn damaged_files_are_what_their_names_say() {
 #[test]
 fn any_deep_map_knows_its_channels() {
     let read = |name| {
-        let reader = MapReader::open(data().join(name), &Limits::default()).unwrap();
+        let reader = MapReader::open(golden::folder().join(name), &Limits::default()).unwrap();
         AnyDeepMap::read(&reader, 0).unwrap()
     };
     assert!(matches!(read("mono_plain.dsm"), AnyDeepMap::Mono(_)));

@@ -2,18 +2,16 @@
 
 use dsm_core::{Filter, FilterShape, MapInfo, PixelWindow, ShadowCamera, Tolerance};
 use dsm_io::{Attribute, Error, Metadata};
-use glam::Mat4;
+use glam::DMat4;
 use proptest::collection::{btree_map, vec};
 use proptest::prelude::*;
 
 use crate::pixels::config;
 
-fn finite() -> impl Strategy<Value = f32> {
-    any::<u32>().prop_map(f32::from_bits).prop_filter("finite", |value| value.is_finite())
-}
-
-fn matrix() -> impl Strategy<Value = Option<Mat4>> {
-    prop::option::of(prop::array::uniform16(finite()).prop_map(|m| Mat4::from_cols_array(&m)))
+fn matrix() -> impl Strategy<Value = Option<DMat4>> {
+    let numbers = any::<u64>().prop_map(f64::from_bits);
+    let numbers = numbers.prop_filter("finite", |value| value.is_finite());
+    prop::option::of(prop::array::uniform16(numbers).prop_map(|m| DMat4::from_cols_array(&m)))
 }
 
 fn window() -> impl Strategy<Value = Option<PixelWindow>> {
@@ -69,12 +67,12 @@ fn attribute() -> impl Strategy<Value = Attribute> {
     ]
 }
 
-fn matrix_bits(info: &MapInfo) -> Vec<[u32; 16]> {
+fn matrix_bits(info: &MapInfo) -> Vec<[u64; 16]> {
     let camera = info.camera.unwrap_or_default();
     [camera.world_to_camera, camera.world_to_ndc]
         .into_iter()
         .flatten()
-        .map(|matrix| matrix.to_cols_array().map(f32::to_bits))
+        .map(|matrix| matrix.to_cols_array().map(f64::to_bits))
         .collect()
 }
 
@@ -165,7 +163,7 @@ fn unknown_keys_are_skipped() {
 
 #[test]
 fn what_json_cannot_say_is_refused() {
-    let camera = ShadowCamera { world_to_camera: Some(Mat4::NAN), world_to_ndc: None };
+    let camera = ShadowCamera { world_to_camera: Some(DMat4::NAN), world_to_ndc: None };
     let info = MapInfo { camera: Some(camera), ..MapInfo::default() };
     assert!(Metadata::new(1, 1, 1, info).to_json().is_err());
     assert!(Metadata::new(1, 1, 2, MapInfo::default()).to_json().is_err());

@@ -145,7 +145,8 @@ fn what_breaks_a_rule_is_named() {
         f.put(high, [0; 4]);
     });
     signed(&fragments, "plane is not finite", |f| {
-        let at = last(f) - 4 * 5 * count(f);
+        // Before opacities, two halves of masks and flags.
+        let at = last(f) - 4 * (3 * count(f) + count(f).div_ceil(32));
         f.put(at, f32::NAN.to_le_bytes());
     });
     signed(&fragments, "not the range", |f| f.put(f.tile_entry(0) + 32, 0.5_f32.to_le_bytes()));
@@ -156,7 +157,25 @@ fn what_breaks_a_rule_is_named() {
             f.put(f.payload(0), [0; 4 * 17]);
         });
     }
-    signed(&fragments, "no such coverage", |f| f.replace("\"coverage\":2", "\"coverage\":3"));
+    let flags = move |f: &Forge| last(f) + 4 - 4 * (3 * count(f) + count(f).div_ceil(32));
+    signed(&fragments, "a fragment without a plane has a gradient", |f| {
+        // What is no strand has one.
+        let (first, gradients) = (flags(f), flags(f) - 4 * 2 * count(f));
+        f.put(gradients, 0.5_f32.to_le_bytes());
+        f.put(first, [0xff; 4]);
+    });
+    signed(&fragments, "flags of no fragment", |f| {
+        let after = count(f) % 32;
+        assert!(after > 0);
+        let at = flags(f) + 4 * (count(f) / 32);
+        f.put(at, (f.u32(at) | 1 << after).to_le_bytes());
+    });
+    signed(&fragments, "must be 1, 2, 4 or 8", |f| f.replace("\"coverage\":2", "\"coverage\":3"));
+    signed(&fragments, "must be 1, 2, 4 or 8", |f| f.replace("\"coverage\"", "\"cover_ge\""));
+    // Fragments under the name of another kind, which readers would misread.
+    for name in ["\"layers\"   ", "\"mtsm\"     "] {
+        signed(&fragments, "has no key \"coverage\"", |f| f.replace("\"fragments\"", name));
+    }
     signed(&fragments, "more layers than the map allows", |f| {
         f.replace("\"max_layers\":32", "\"max_layers\": 1");
     });

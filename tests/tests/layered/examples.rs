@@ -4,11 +4,12 @@ use std::ops::ControlFlow;
 
 use dsm_core::{Error, RayHits, RaySource, SamplePoint, ShadowCamera, SurfaceHit, Transmittance};
 use dsm_io::{Block, Container, Limits, Memory};
-use glam::{Mat4, Vec4};
+use glam::{DMat4, DVec4};
 use mtsm::{
-    FragmentBuilder, FragmentMap, LayeredKind, LayeredReader, MultilayerBaker, MultilayerSettings,
-    bake_fragments, bake_layers, bake_mtsm,
+    LayeredKind, LayeredReader, MultilayerBaker, MultilayerSettings, bake_fragments, bake_layers,
+    bake_mtsm,
 };
+use shadow_maps::fragments::{FragmentBuilder, FragmentMap};
 
 pub(crate) type Ray<T> = fn(SamplePoint, &mut RayHits<T>) -> Result<(), Error>;
 
@@ -59,13 +60,14 @@ pub(crate) fn source() -> RaySource<Ray<f32>> {
 
 /// At the origin, looking down −z, 90 degrees wide.
 pub(crate) fn fragments() -> FragmentBuilder {
-    let to_ndc = Mat4::from_cols(
-        Vec4::new(0.5, 0.0, 0.0, 0.0),
-        Vec4::new(0.0, -0.5, 0.0, 0.0),
-        Vec4::new(-0.5, -0.5, -1.0, -1.0),
-        Vec4::ZERO,
+    let to_ndc = DMat4::from_cols(
+        DVec4::new(0.5, 0.0, 0.0, 0.0),
+        DVec4::new(0.0, -0.5, 0.0, 0.0),
+        DVec4::new(-0.5, -0.5, -1.0, -1.0),
+        DVec4::ZERO,
     );
-    let camera = ShadowCamera { world_to_camera: Some(Mat4::IDENTITY), world_to_ndc: Some(to_ndc) };
+    let camera =
+        ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(to_ndc) };
     let builder = FragmentBuilder::new(camera, [6, 5], 0.25).unwrap();
     builder.with_coverage(2).unwrap().with_layers(32).unwrap()
 }

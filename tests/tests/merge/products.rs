@@ -8,7 +8,7 @@ use dsm_io::{
     AchievedError, AnyDeepMap, Block, ConvertOptions, Limits, MapReader, MapWriter, MergeReport,
     Metadata, WriteOptions, convert,
 };
-use glam::Mat4;
+use glam::DMat4;
 use proptest::prelude::*;
 
 use super::{image, info, merge, open, refusal, source, write};
@@ -280,7 +280,7 @@ fn empty_tiles_cost_nothing() {
 fn what_all_maps_know_is_kept() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
-    let camera = ShadowCamera { world_to_camera: Some(Mat4::IDENTITY), world_to_ndc: None };
+    let camera = ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: None };
     let window = PixelWindow { min: [3, 2], max: [13, 10] };
     let known = MapInfo {
         camera: Some(camera),
@@ -311,8 +311,8 @@ fn what_does_not_fit_is_refused() {
     assert!(refusal(&[of("a.dsm", info(0.0))], None).contains("one map alone"));
     let sizes = refusal(&[of("a.dsm", info(0.0)), small], None);
     assert!(sizes.ends_with("these have 11 × 9 pixels, 1 × 1 pixels"), "{sizes}");
-    let camera = |x: f32| ShadowCamera {
-        world_to_camera: Some(Mat4::from_translation([x, 0.0, 0.0].into())),
+    let camera = |x: f64| ShadowCamera {
+        world_to_camera: Some(DMat4::from_translation([x, 0.0, 0.0].into())),
         world_to_ndc: None,
     };
     let seen = |x| MapInfo { camera: Some(camera(x)), ..info(0.0) };

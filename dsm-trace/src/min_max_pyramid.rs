@@ -1,0 +1,196 @@
+//! The depths that each part of a map holds.
+
+use dsm_core::{Error, Result};
+
+/// A quadtree over the pixels of a map with the least and the greatest w =
+/// 1/depth of their layers (Xie et al. 2007, §4.3). A node covers 2 × 2 nodes
+/// of the level below; nodes without layers are known as empty.
+///
+/// Memory: 8 bytes a pixel and a third more.
+///
+/// ```
+/// use dsm_trace::MinMaxPyramid;
+///
+/// let ranges = [Some([0.5, 0.75]), None, None, Some([0.25, 0.25])];
+/// let pyramid = MinMaxPyramid::new([2, 2], |x, y| ranges[(y * 2 + x) as usize])?;
+/// assert_eq!(pyramid.range(), Some([0.25, 0.75]));
+/// assert_eq!(pyramid.node(0, 1, 0), None);
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct MinMaxPyramid {
+    /// From the pixels up to one node.
+    levels: Vec<Level>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct Level {
+    size: [u32; 2],
+    /// Row by row; an empty node's minimum is above its maximum.
+    ranges: Vec<[f32; 2]>,
+}
+
+const EMPTY: [f32; 2] = [f32::INFINITY, f32::NEG_INFINITY];
+
+impl Level {
+    fn at(&self, x: u32, y: u32) -> [f32; 2] {
+        if x < self.size[0] && y < self.size[1] {
+            self.ranges[y as usize * self.size[0] as usize + x as usize]
+        } else {
+            EMPTY
+        }
+    }
+}
+
+impl MinMaxPyramid {
+    /// The most pixels that a map may have.
+    pub const MAX_PIXELS: u64 = 1 << 28;
+
+    /// The same from depths: `range` gives the smallest and the largest depth of
+    /// a pixel's layers, which reach `threshold` further to either side. Rounded
+    /// outwards. O(pixels).
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::new`].
+    pub fn of_depths(
+        size: [u32; 2],
+        threshold: f64,
+        range: impl Fn(usize) -> Option<[f32; 2]>,
+    ) -> Result<Self> {
+        Self::new(size, |x, y| {
+            let depths = range(y as usize * size[0] as usize + x as usize)?;
+            let [near, far] = depths.map(f64::from);
+            // No nearer than the camera's plane.
+            let near = (near - threshold).max(f64::from(f32::MIN_POSITIVE));
+            let [low, high] = [far + threshold, near].map(|z| z.recip() as f32);
+            Some([low.next_down().max(0.0), high.next_up().min(f32::MAX)])
+        })
+    }
+
+    /// Over a map of `size` pixels: `range` gives the least and the greatest w
+    /// of a pixel's layers, or `None` where there are none. Ranges that are
+    /// not in order count as none. O(pixels).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::TooLarge`] above [`Self::MAX_PIXELS`].
+    pub fn new(
+        size: [u32; 2],
+        mut range: impl FnMut(u32, u32) -> Option<[f32; 2]>,
+    ) -> Result<Self> {
+        let count = u64::from(size[0]) * u64::from(size[1]);
+        if count > Self::MAX_PIXELS {
+            let limit = Self::MAX_PIXELS;
+            return Err(Error::TooLarge { what: "pixels of a pyramid", count, limit });
+        }
+        let mut ranges = Vec::with_capacity(count as usize);
+        for y in 0..size[1] {
+            ranges.extend((0..size[0]).map(|x| {
+                let range = range(x, y).unwrap_or(EMPTY);
+                if range[0] <= range[1] { range } else { EMPTY }
+            }));
+        }
+        let mut levels = vec![Level { size, ranges }];
+        while let Some(below) = levels.last().filter(|level| level.size[0].max(level.size[1]) > 1) {
+            let size = below.size.map(|side| side.div_ceil(2));
+            let mut ranges = Vec::with_capacity(size[0] as usize * size[1] as usize);
+            for y in 0..size[1] {
+                ranges.extend((0..size[0]).map(|x| {
+                    let corners = [(0, 0), (1, 0), (0, 1), (1, 1)];
+                    corners.into_iter().fold(EMPTY, |[low, high], (dx, dy)| {
+                        let [least, most] = below.at(2 * x + dx, 2 * y + dy);
+                        [low.min(least), high.max(most)]
+                    })
+                }));
+            }
+            levels.push(Level { size, ranges });
+        }
+        Ok(Self { levels })
+    }
+
+    /// Width and height of the map in pixels.
+    #[must_use]
+    pub fn size(&self) -> [u32; 2] {
+        self.levels[0].size
+    }
+
+    /// Number of levels: the last has one node, the first one a pixel.
+    #[must_use]
+    pub const fn level_count(&self) -> usize {
+        self.levels.len()
+    }
+
+    /// Width and height of a level in nodes.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such level.
+    #[must_use]
+    pub fn level_size(&self, level: usize) -> [u32; 2] {
+        self.levels[level].size
+    }
+
+    /// The least and the greatest w of a node; `None` where it is empty or
+    /// outside the map.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such level.
+    #[must_use]
+    pub fn node(&self, level: usize, x: u32, y: u32) -> Option<[f32; 2]> {
+        let [low, high] = self.levels[level].at(x, y);
+        (low <= high).then_some([low, high])
+    }
+
+    /// The least and the greatest w of the map.
+    #[must_use]
+    pub fn range(&self) -> Option<[f32; 2]> {
+        self.node(self.levels.len() - 1, 0, 0)
+    }
+
+    /// Whether a node holds layers with w in [`enter`, `leave`]: both ends
+    /// count, so that what lies at a ray's end is left to the leaf.
+    pub(crate) fn overlaps(&self, level: usize, x: u32, y: u32, [enter, leave]: [f64; 2]) -> bool {
+        let [low, high] = self.levels[level].at(x, y);
+        f64::from(low) <= leave && enter <= f64::from(high)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// w of a pixel, and nothing in every third.
+    fn pixel(x: u32, y: u32) -> Option<[f32; 2]> {
+        let low = (x * 7 + y * 13) % 11;
+        (!(x + y).is_multiple_of(3)).then_some([low as f32, (low + x) as f32])
+    }
+
+    #[test]
+    fn nodes_hold_what_their_pixels_hold() {
+        for size in [[1, 1], [2, 3], [5, 4], [1, 9], [16, 16], [17, 3]] {
+            let pyramid = MinMaxPyramid::new(size, pixel).unwrap();
+            for level in 0..pyramid.level_count() {
+                let [width, height] = pyramid.level_size(level);
+                for (x, y) in (0..width).flat_map(|x| (0..height).map(move |y| (x, y))) {
+                    let span = |at: u32, side: u32| (at << level)..((at + 1) << level).min(side);
+                    let pixels = span(x, size[0])
+                        .flat_map(|x| span(y, size[1]).filter_map(move |y| pixel(x, y)));
+                    let expected = pixels.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+                    assert_eq!(pyramid.node(level, x, y), expected, "{size:?} {level} {x} {y}");
+                }
+            }
+            assert_eq!(pyramid.level_size(pyramid.level_count() - 1), [1, 1]);
+        }
+    }
+
+    #[test]
+    fn odd_maps_and_odd_numbers() {
+        let empty = MinMaxPyramid::new([0, 5], |_, _| Some([0.0, 1.0])).unwrap();
+        assert_eq!(empty.range(), None);
+        let nothing = MinMaxPyramid::new([3, 2], |_, _| Some([f32::NAN, 1.0])).unwrap();
+        assert_eq!(nothing.range(), None);
+        assert!(MinMaxPyramid::new([1 << 20, 1 << 20], |_, _| None).is_err());
+    }
+}

@@ -1,0 +1,56 @@
+//! Counts of a tracer's rays.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// The rays of a tracer, and those that its map has no answer for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TraceStatistics {
+    /// Shadow rays.
+    pub rays: u64,
+    /// Rays that leave the raster at the depths of the map: what stands outside
+    /// is not known, and lets all light through.
+    pub leaving: u64,
+    /// Rays of receivers that lie no deeper than the light, or at no place at
+    /// all (NaN): lit.
+    pub beside: u64,
+}
+
+/// [`TraceStatistics`] that any thread adds to.
+///
+/// ```
+/// use dsm_trace::{TraceCounters, TraceStatistics};
+///
+/// let counters = TraceCounters::default();
+/// counters.add(TraceStatistics { rays: 256, leaving: 3, beside: 0 });
+/// assert_eq!(counters.get().rays, 256);
+/// ```
+#[derive(Debug, Default)]
+pub struct TraceCounters {
+    rays: AtomicU64,
+    leaving: AtomicU64,
+    beside: AtomicU64,
+}
+
+impl TraceCounters {
+    /// Adds what was counted elsewhere.
+    pub fn add(&self, counted: TraceStatistics) {
+        let TraceStatistics { rays, leaving, beside } = counted;
+        for (counter, count) in
+            [(&self.rays, rays), (&self.leaving, leaving), (&self.beside, beside)]
+        {
+            if count > 0 {
+                counter.fetch_add(count, Ordering::Relaxed);
+            }
+        }
+    }
+
+    /// The sums so far.
+    #[must_use]
+    pub fn get(&self) -> TraceStatistics {
+        TraceStatistics {
+            rays: self.rays.load(Ordering::Relaxed),
+            leaving: self.leaving.load(Ordering::Relaxed),
+            beside: self.beside.load(Ordering::Relaxed),
+        }
+    }
+}

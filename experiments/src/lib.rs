@@ -1,0 +1,6 @@
+//! The papers' experiments, measured again: figures, tables and pictures, which
+//! the programs in `src/bin` write into `docs/results`.
+
+pub mod figures;
+pub mod pictures;
+pub mod soft_shadows;

@@ -1,0 +1,265 @@
+//! From what a shadow camera sees to a map of fragments.
+
+use dsm_core::{
+    Error, HitSource, PixelSampling, Result, ShadowCamera, TileHits, TileSamples, Transmittance,
+};
+use dsm_trace::LightFrame;
+use rayon::prelude::*;
+
+use super::block_hits::BlockHits;
+use super::columns::FragmentColumns;
+use super::fragment::Fragment;
+use super::groups::{Grouping, SampleGrid};
+use super::map::FragmentMap;
+
+/// Pixels along the side of what is asked for at once.
+const TILE: u32 = 16;
+
+/// Builds a [`FragmentMap`] from what a [`HitSource`] shows at 1, 2 × 2, 4 × 4
+/// or 8 × 8 places of each pixel, when the shutter is half way.
+///
+/// Hits of a pixel that lie in one plane, do not overlap and are equally opaque
+/// become one fragment. Hits without a normal, as of strands, face the camera.
+/// What lies at the light's depth or nearer is left out. Every pixel is a
+/// function of its own samples: the same on any number of threads.
+///
+/// ```
+/// use dsm_core::{Error, RayHits, RaySource, SamplePoint, ShadowCamera, SurfaceHit};
+/// use glam::{DMat4, DVec4};
+/// use dsm_trace::LightFrame;
+/// use shadow_maps::fragments::FragmentBuilder;
+///
+/// # let to_ndc = DMat4::from_cols(
+/// #     DVec4::new(0.5, 0.0, 0.0, 0.0),
+/// #     DVec4::new(0.0, -0.5, 0.0, 0.0),
+/// #     DVec4::new(-0.5, -0.5, -1.0, -1.0),
+/// #     DVec4::ZERO,
+/// # );
+/// # let camera =
+/// #     ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(to_ndc) };
+/// // An opaque half plane at depth 4 that begins in the middle of pixel 2.
+/// let source = RaySource(|point: SamplePoint, ray: &mut RayHits<f32>| -> Result<(), Error> {
+///     if point.x > 2.5 {
+///         ray.push_surface(SurfaceHit { depth: 4.0, opacity: 1.0 })?;
+///     }
+///     Ok(())
+/// });
+/// let builder = FragmentBuilder::new(camera, [4, 4], 0.0)?.with_coverage(8)?;
+/// let map = builder.build(&source)?;
+/// assert_eq!(map.pixel(1, 0).len(), 0);
+/// assert_eq!(map.pixel(2, 0).next().unwrap().coverage, 0xf0f0_f0f0_f0f0_f0f0);
+/// # Ok::<(), Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct FragmentBuilder {
+    camera: ShadowCamera,
+    frame: LightFrame,
+    coverage: u32,
+    sampling: PixelSampling,
+    layers: u32,
+}
+
+/// What a map of fragments was built from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FragmentCounts {
+    /// Surfaces that the samples met.
+    pub hits: u64,
+    /// Pixels of which fragments were left out because there were too many.
+    pub cut_pixels: u64,
+}
+
+/// What a thread builds with; keeps its memory from block to block.
+struct Scratch<T: Transmittance> {
+    hits: TileHits<T>,
+    block: BlockHits<T>,
+    grouping: Grouping<T>,
+}
+
+impl<T: Transmittance> Default for Scratch<T> {
+    fn default() -> Self {
+        let (block, grouping) = (BlockHits::default(), Grouping::default());
+        Self { hits: TileHits::with_normals(0), block, grouping }
+    }
+}
+
+/// The fragments of a block of pixels.
+struct Block<T> {
+    width: u32,
+    fragments: Vec<Fragment<T>>,
+    /// Where those of each pixel end.
+    ends: Vec<u32>,
+    counts: FragmentCounts,
+}
+
+impl FragmentBuilder {
+    /// The most layers a pixel may be asked to keep.
+    pub const MAX_LAYERS: u32 = 1 << 20;
+
+    /// For a map of `size` pixels that `camera`'s NDC \[0, 1\]² covers, with
+    /// the light's centre at `light_depth` on its axis: 8 × 8 places a pixel,
+    /// all layers.
+    ///
+    /// # Errors
+    ///
+    /// As [`LightFrame::new`].
+    pub fn new(camera: ShadowCamera, size: [u32; 2], light_depth: f64) -> Result<Self> {
+        let frame = LightFrame::new(&camera, size, light_depth)?;
+        let sampling = PixelSampling::grid(8)?;
+        Ok(Self { camera, frame, coverage: 8, sampling, layers: Self::MAX_LAYERS })
+    }
+
+    /// The same with `side` × `side` places a pixel.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Setting`] unless it is 1, 2, 4 or 8.
+    pub fn with_coverage(self, side: u32) -> Result<Self> {
+        if ![1, 2, 4, 8].contains(&side) {
+            return Err(Error::Setting { setting: "coverage", reason: "it must be 1, 2, 4 or 8" });
+        }
+        Ok(Self { coverage: side, sampling: PixelSampling::grid(side)?, ..self })
+    }
+
+    /// The same with at most `layers` fragments a pixel: those nearest to the
+    /// light (Xie et al. 2007, §4.2). Where a pixel shows more, shadows get
+    /// lighter.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Setting`] for none.
+    pub fn with_layers(self, layers: u32) -> Result<Self> {
+        if layers == 0 {
+            return Err(Error::Setting { setting: "layers", reason: "there must be one or more" });
+        }
+        Ok(Self { layers: layers.min(Self::MAX_LAYERS), ..self })
+    }
+
+    /// The camera of the map.
+    #[must_use]
+    pub const fn camera(&self) -> &ShadowCamera {
+        &self.camera
+    }
+
+    /// Places along a side of a pixel.
+    #[must_use]
+    pub const fn coverage(&self) -> u32 {
+        self.coverage
+    }
+
+    /// The most fragments of a pixel.
+    #[must_use]
+    pub const fn layers(&self) -> u32 {
+        self.layers
+    }
+
+    /// The frame of the map.
+    #[must_use]
+    pub const fn frame(&self) -> &LightFrame {
+        &self.frame
+    }
+
+    /// Asks `source` for all pixels, 32 × 32 at a time, in parallel. O(h log h)
+    /// for the h hits of a pixel, and O(o) for a hit with o fragments near it in
+    /// depth.
+    ///
+    /// # Errors
+    ///
+    /// Those of the source; [`Error::Setting`] if it shows media, which a
+    /// fragment cannot hold; [`Error::TooLarge`] past 2³² fragments.
+    pub fn build<T, S>(&self, source: &S) -> std::result::Result<FragmentMap<T>, S::Error>
+    where
+        T: Transmittance,
+        S: HitSource<T>,
+    {
+        self.build_counted(source).map(|(map, _)| map)
+    }
+
+    /// The same, and what it was built from.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::build`].
+    pub fn build_counted<T, S>(
+        &self,
+        source: &S,
+    ) -> std::result::Result<(FragmentMap<T>, FragmentCounts), S::Error>
+    where
+        T: Transmittance,
+        S: HitSource<T>,
+    {
+        let [width, height] = self.frame.size();
+        let columns = width.div_ceil(TILE);
+        let grid = SampleGrid::new(self.coverage, self.frame.footprint(1.0));
+        let mut map = FragmentColumns::new();
+        let mut counts = FragmentCounts::default();
+        // A row of tiles at a time, so that no more is held twice.
+        for top in (0..height).step_by(TILE as usize) {
+            let blocks: std::result::Result<Vec<_>, S::Error> = (0..columns)
+                .into_par_iter()
+                .map_init(Scratch::default, |scratch, column| {
+                    let min = [column * TILE, top];
+                    let size = [width - min[0], height - min[1]].map(|side| side.min(TILE));
+                    self.block(source, min, size, &grid, scratch)
+                })
+                .collect();
+            let blocks = blocks?;
+            for block in &blocks {
+                counts.hits += block.counts.hits;
+                counts.cut_pixels += block.counts.cut_pixels;
+            }
+            for y in 0..TILE.min(height - top) {
+                blocks.iter().try_for_each(|block| append(&mut map, block, y))?;
+            }
+        }
+        Ok((FragmentMap::new(self.frame, map)?, counts))
+    }
+
+    /// The fragments of a block of pixels.
+    fn block<T, S>(
+        &self,
+        source: &S,
+        min: [u32; 2],
+        size: [u32; 2],
+        grid: &SampleGrid,
+        scratch: &mut Scratch<T>,
+    ) -> std::result::Result<Block<T>, S::Error>
+    where
+        T: Transmittance,
+        S: HitSource<T>,
+    {
+        let Scratch { hits, block, grouping } = scratch;
+        let camera = Some((&self.camera, self.frame.size()));
+        // Maps have at most 2²⁴ pixels a side.
+        let corner = min.map(|side| side as i32);
+        let samples = TileSamples::new(&self.sampling, corner, size, camera)?;
+        hits.reset(samples.len());
+        source.hits(&samples, hits)?;
+        if !hits.segments().is_empty() {
+            let reason = "a fragment map holds surfaces, no media";
+            return Err(Error::Setting { setting: "scene", reason }.into());
+        }
+        block.fill(&self.frame, &samples, hits);
+        let mut fragments = Vec::new();
+        let mut counts = FragmentCounts { hits: hits.surface_count() as u64, cut_pixels: 0 };
+        let per_pixel = samples.samples_per_pixel();
+        let ends = (0..size[0] * size[1]).map(|pixel| {
+            let hits = block.pixel(pixel * per_pixel, (pixel + 1) * per_pixel);
+            let is_cut = grouping.append(grid, hits, self.layers, &mut fragments);
+            counts.cut_pixels += u64::from(is_cut);
+            fragments.len() as u32
+        });
+        let ends = ends.collect();
+        Ok(Block { width: size[0], fragments, ends, counts })
+    }
+}
+
+/// Appends row `y` of a block.
+fn append<T: Transmittance>(map: &mut FragmentColumns<T>, block: &Block<T>, y: u32) -> Result<()> {
+    let row = (y * block.width) as usize;
+    let mut first = row.checked_sub(1).map_or(0, |before| block.ends[before]);
+    for &end in &block.ends[row..row + block.width as usize] {
+        map.push_pixel(block.fragments[first as usize..end as usize].iter().copied())?;
+        first = end;
+    }
+    Ok(())
+}

@@ -1,0 +1,155 @@
+//! The rays of a packet on their way.
+
+use dsm_core::Transmittance;
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16, u32x16};
+
+use super::packet::Packet;
+use super::range_tree::LANES;
+
+/// The rays of a packet on their way, and what is left of their light. In
+/// memory, so that they can be asked together and one by one.
+#[derive(Clone, Debug)]
+#[repr(align(64))]
+pub(crate) struct Lanes {
+    pub(crate) slope: [[f32; LANES]; 2],
+    /// 1 / slope, for tests of where a ray may be; never of 0.
+    pub(crate) inverse: [[f32; LANES]; 2],
+    pub(crate) start: [[f32; LANES]; 2],
+    pub(crate) end: [f32; LANES],
+    /// Where rays may meet something, with room for rounding.
+    pub(crate) near: [f32; LANES],
+    pub(crate) far: [f32; LANES],
+    /// Light that is left, a channel each.
+    pub(crate) left: [[f32; LANES]; 3],
+    /// Bits of the rays that have not ended.
+    pub(crate) live: u32,
+}
+
+impl Lanes {
+    /// The rays of `packet` up to `cut`, all of their light left.
+    #[inline(always)]
+    pub(crate) fn new<S: Simd>(simd: S, packet: &Packet, cut: f32) -> Self {
+        let load = |column: &[f32; LANES]| f32x16::load_array_ref(simd, column);
+        let end = load(&packet.end).min(f32x16::splat(simd, cut));
+        let near = load(&packet.start[0]).min(load(&packet.start[1]));
+        let slack = packet.cone.slack();
+        let inverse = [0, 1].map(|axis| {
+            let slope = load(&packet.slope[axis]);
+            let least = f32x16::splat(simd, 1e-6);
+            let small = slope.abs().simd_lt(least);
+            (f32x16::splat(simd, 1.0) / small.select(least, slope)).to_array()
+        });
+        Self {
+            slope: packet.slope,
+            inverse,
+            start: packet.start,
+            end: end.to_array(),
+            near: (near - slack).to_array(),
+            far: (end + slack).to_array(),
+            left: [[1.0; LANES]; 3],
+            live: end.simd_gt(f32x16::splat(simd, 0.0)).to_bitmask() as u32,
+        }
+    }
+
+    /// Which rays meet a fragment of the pixel `beyond` which the apex lies, in
+    /// pixels: `distance` is how much more w its plane has at the apex than it.
+    ///
+    /// No product is fused with a sum: all processors round alike.
+    #[inline(always)]
+    pub(crate) fn meet<S: Simd>(
+        &self,
+        simd: S,
+        beyond: [f32; 2],
+        distance: f32,
+        gradient: [f32; 2],
+        facing: bool,
+        coverage: impl FnOnce() -> u64,
+    ) -> mask32x16<S> {
+        let splat = |value| f32x16::splat(simd, value);
+        let load = |column: &[f32; LANES]| f32x16::load_array_ref(simd, column);
+        let [along_x, along_y] = [load(&self.slope[0]), load(&self.slope[1])];
+        let closing = splat(1.0) - (along_x * gradient[0] + along_y * gradient[1]);
+        let u = splat(distance) / closing;
+        // In eighths of the pixel.
+        let x = (along_x * u + beyond[0]) * 8.0;
+        let y = (along_y * u + beyond[1]) * 8.0;
+        let (zero, eight) = (splat(0.0), splat(8.0));
+        let within = x.simd_ge(zero) & x.simd_lt(eight) & y.simd_ge(zero) & y.simd_lt(eight);
+        let start = load(&self.start[usize::from(facing)]);
+        let met = within & u.simd_ge(start) & u.simd_lt(load(&self.end));
+        if met.to_bitmask() == 0 {
+            return met;
+        }
+        let coverage = coverage();
+        if coverage == u64::MAX {
+            return met;
+        }
+        let (x, y): (u32x16<S>, u32x16<S>) = (x.to_int(), y.to_int());
+        let bit = (y << 3) | x;
+        let upper = bit.simd_ge(u32x16::splat(simd, 32));
+        let (low, high) = (coverage as u32, (coverage >> 32) as u32);
+        let word = upper.select(u32x16::splat(simd, high), u32x16::splat(simd, low));
+        let covered = (word >> (bit & 31)) & 1;
+        met & covered.simd_eq(u32x16::splat(simd, 1))
+    }
+
+    /// Takes the share `opacity` of each channel from the light of the rays in `met`.
+    #[inline(always)]
+    pub(crate) fn take<S: Simd, T: Transmittance>(
+        &mut self,
+        simd: S,
+        met: mask32x16<S>,
+        opacity: impl Fn(usize) -> f32,
+    ) {
+        for channel in 0..T::CHANNELS {
+            let left = f32x16::load_array_ref(simd, &self.left[channel]);
+            self.left[channel] = met.select(left * (1.0 - opacity(channel)), left).to_array();
+        }
+    }
+
+    /// The same of one ray.
+    #[inline(always)]
+    pub(crate) fn take_alone<T: Transmittance>(
+        &mut self,
+        lane: usize,
+        opacity: impl Fn(usize) -> f32,
+    ) {
+        for channel in 0..T::CHANNELS {
+            self.left[channel][lane] *= 1.0 - opacity(channel);
+        }
+    }
+
+    /// Puts out the light that fell below `least` in every channel, and ends
+    /// those rays.
+    #[inline(always)]
+    pub(crate) fn stop<S: Simd, T: Transmittance>(&mut self, simd: S, least: f32) {
+        let limit = f32x16::splat(simd, least);
+        let load = |column: &[f32; LANES]| f32x16::load_array_ref(simd, column);
+        let mut dark = load(&self.left[0]).simd_lt(limit);
+        for channel in 1..T::CHANNELS {
+            dark &= load(&self.left[channel]).simd_lt(limit);
+        }
+        if dark.to_bitmask() as u32 & self.live == 0 {
+            return;
+        }
+        self.live &= !(dark.to_bitmask() as u32);
+        let zero = f32x16::splat(simd, 0.0);
+        for channel in 0..T::CHANNELS {
+            let left = load(&self.left[channel]);
+            self.left[channel] = dark.select(zero, left).to_array();
+        }
+        self.end = dark.select(f32x16::splat(simd, -1.0), load(&self.end)).to_array();
+    }
+
+    /// The same of one ray. Tells whether it has ended.
+    #[inline(always)]
+    pub(crate) fn stop_alone<T: Transmittance>(&mut self, lane: usize, least: f32) -> bool {
+        let dark = self.left[..T::CHANNELS].iter().all(|left| left[lane] < least);
+        if dark {
+            self.left.iter_mut().for_each(|left| left[lane] = 0.0);
+            self.end[lane] = -1.0;
+            self.live &= !(1 << lane);
+        }
+        dark
+    }
+}

@@ -1,0 +1,32 @@
+//! Maps of fragments: planes with coverage masks, built from hits and traced
+//! for soft shadows.
+
+mod block_hits;
+mod builder;
+#[cfg(test)]
+mod builder_oracle;
+#[cfg(test)]
+mod colours;
+mod columns;
+mod far_table;
+mod fragment;
+mod frontier;
+mod groups;
+mod kernel;
+mod lanes;
+mod large_pages;
+mod map;
+#[cfg(test)]
+mod oracle;
+mod packed;
+mod packet;
+mod range_tree;
+mod tracer;
+mod umbra;
+mod visit_order;
+
+pub use builder::{FragmentBuilder, FragmentCounts};
+pub use columns::FragmentColumns;
+pub use fragment::Fragment;
+pub use map::FragmentMap;
+pub use tracer::{FragmentTracer, TraceScratch};

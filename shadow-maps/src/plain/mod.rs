@@ -1,0 +1,18 @@
+//! Plain shadow maps, and percentage closer filtering of them (Reeves, Salesin
+//! & Cook, *Rendering Antialiased Shadows with Depth Maps*, SIGGRAPH 1987).
+//!
+//! [`DepthMap`] keeps the depths of each pixel's samples;
+//! [`PercentageCloserFilter`] compares them with a receiver's.
+
+mod blocking;
+mod depth_map;
+mod hash;
+mod pcf;
+mod shadow;
+mod strata;
+mod tap_region;
+
+pub use blocking::Blocking;
+pub use depth_map::{DepthMap, DepthMapSettings};
+pub use pcf::PercentageCloserFilter;
+pub use shadow::PercentageCloserShadow;
