@@ -9,11 +9,17 @@ use dsm_core::{
     MipPyramid, SumVertex, Tolerance, Transmittance, Vertex, VisibilityDifference,
 };
 
-use crate::pyramid::{PixelFunctions, PyramidSource, SourceTile, build_pyramid};
-use crate::{
-    AchievedError, Block, Codec, Crop, EncodedTile, Error, MapWriter, Metadata, PyramidOptions,
-    Result, TileId, WriteOptions,
-};
+use crate::achieved_error::AchievedError;
+use crate::codec::{Block, Codec};
+use crate::crop::Crop;
+use crate::error::{Error, Result};
+use crate::format::encoded_tile::EncodedTile;
+use crate::metadata::Metadata;
+use crate::pyramid::build::build_pyramid;
+use crate::pyramid::plan::PyramidOptions;
+use crate::pyramid::source::{PixelFunctions, PyramidSource, SourceTile};
+use crate::tile_id::TileId;
+use crate::writer::{MapWriter, WriteOptions};
 
 /// How a baked map is stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,7 +96,7 @@ pub struct BakeReport {
 /// # Errors
 ///
 /// [`Error::HitSource`] with what the source says; [`Error::Interrupted`] if
-/// `watch` broke it off; [`Error::Caller`] for a pyramid of a crop, or for a codec
+/// `watch` broke it off; [`Error::Setting`] for a pyramid of a crop, [`Error::Mismatch`] for a codec
 /// that does not fit [`BakeSettings::quantization`]; else what keeps the file from being written.
 pub fn bake<T: Transmittance, S: HitSource<T>>(
     baker: &Baker<T, S>,
@@ -104,7 +110,7 @@ where
 {
     let settings = baker.settings();
     if settings.quantization.is_some() != (options.codec == Codec::Quantized) {
-        return Err(Error::caller(
+        return Err(Error::mismatch(
             "a baker that rounds and a codec for what is rounded go together",
         ));
     }
@@ -126,7 +132,7 @@ where
     let hits = match &options.pyramid {
         None => write_tiles(baker, &mut writer, options, watch)?,
         Some(_) if settings.crop.is_some() => {
-            return Err(Error::caller("a part of a map has no pyramid"));
+            return Err(Error::setting("a part of a map has no pyramid"));
         }
         Some(pyramid) => {
             let tiles = settings.tile_count();

@@ -2,8 +2,7 @@
 
 use dsm_core::{PixelLists, Transmittance, VisibilityView};
 
-use crate::error::check_limit;
-use crate::{Error, Result};
+use crate::error::{Error, Result, check_limit};
 
 /// The columns of [`PixelLists`] while they are put together.
 #[derive(Default)]
@@ -41,6 +40,6 @@ impl Columns {
             self.value_starts = Vec::new();
         }
         PixelLists::new((width, height), self.starts, self.value_starts, self.z, self.values)
-            .map_err(|error| Error::caller(error.to_string()))
+            .map_err(Error::from)
     }
 }

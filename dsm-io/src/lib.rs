@@ -29,8 +29,11 @@ mod pyramid;
 mod reader;
 mod region;
 mod row_order;
+mod section_kind;
 mod source;
 mod tile;
+mod tile_id;
+mod worst_pixel;
 mod writer;
 
 /// Deep OpenEXR images, whose types the options of an export and the readers
@@ -41,23 +44,27 @@ pub use achieved_error::AchievedError;
 pub use any::{AnyCachedMap, AnyDeepMap};
 pub use attribute::Attribute;
 pub use bake::{BakeOptions, BakeReport, bake};
-pub use cache::{
-    CacheStatistics, CachedMap, CachedShadow, CachedTile, CursorPool, LookupCursor, TileCache,
-};
+pub use cache::TileCache;
+pub use cache::cursor::LookupCursor;
+pub use cache::map::CachedMap;
+pub use cache::shadow::{CachedShadow, CursorPool};
+pub use cache::statistics::CacheStatistics;
+pub use cache::tile::CachedTile;
 pub use codec::tile_columns::{ColumnReader, TileColumn};
-pub use codec::{Block, Codec, EncodedTile};
-pub use convert::{
-    ConvertOptions, ExportOptions, ExportReport, ImportReport, MapDifference, MapSource,
-    WorstPixel, check_bound, compare, compare_levels, convert, export_deep_exr,
-};
+pub use codec::{Block, Codec};
+pub use convert::compare::{MapDifference, check_bound, compare, compare_levels};
+pub use convert::export::{ExportReport, export_deep_exr};
+pub use convert::export_options::ExportOptions;
+pub use convert::report::ImportReport;
+pub use convert::source::MapSource;
+pub use convert::tiles::{ConvertOptions, convert};
 pub use crop::Crop;
 pub use error::{Error, Place, Result};
 pub use format::atomic_file::replace_file;
 pub use format::container::Container;
 pub use format::directory::{TileDirectory, TileEntry};
+pub use format::encoded_tile::EncodedTile;
 pub use format::level::Level;
-pub use format::section::SectionKind;
-pub use format::tile_id::{TileId, TileRect};
 pub use format::write::ContainerWriter;
 pub use kind::{
     Deep, DeepKeys, ErasedMap, FieldKind, KindReader, KindWriter, Kinds, MapKind, MapSummary,
@@ -66,9 +73,17 @@ pub use kind::{
 pub use limits::Limits;
 pub use merge::{MergeReport, merge};
 pub use metadata::Metadata;
-pub use pyramid::{PixelFunctions, PyramidOptions, PyramidSource, SourceTile, build_pyramid, mip};
+pub use pyramid::build::build_pyramid;
+pub use pyramid::plan::PyramidOptions;
+pub use pyramid::source::{PixelFunctions, PyramidSource, SourceTile};
+pub use pyramid::stored::mip;
 pub use reader::MapReader;
 pub use row_order::RowOrder;
-pub use source::{MappedFile, Memory, Source};
+pub use section_kind::SectionKind;
+pub use source::Source;
+pub use source::mapped::MappedFile;
+pub use source::memory::Memory;
 pub use tile::Tile;
+pub use tile_id::{TileId, TileRect};
+pub use worst_pixel::WorstPixel;
 pub use writer::{MapWriter, WriteOptions, write_map};

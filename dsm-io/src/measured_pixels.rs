@@ -5,7 +5,8 @@ use dsm_core::{
     VisibilityDifference, VisibilityView,
 };
 
-use crate::{AchievedError, Result};
+use crate::achieved_error::AchievedError;
+use crate::error::Result;
 
 /// Compresses pixels row by row and measures, on the `f32` values that are
 /// stored, what that costs.

@@ -11,16 +11,16 @@
 //! A tile is a copy even where its file has it as it is used: what the budget
 //! counts is then what is held, and a hit depends on no page of a file.
 
-mod cursor;
+pub(crate) mod cursor;
 mod load;
-mod map;
+pub(crate) mod map;
 mod rows_ahead;
-mod shadow;
+pub(crate) mod shadow;
 mod shard;
 mod slot;
-mod statistics;
+pub(crate) mod statistics;
 mod store;
-mod tile;
+pub(crate) mod tile;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -28,14 +28,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use dsm_core::Transmittance;
 
-pub use cursor::LookupCursor;
-pub use map::CachedMap;
-pub use shadow::{CachedShadow, CursorPool};
-pub use statistics::CacheStatistics;
-pub use tile::CachedTile;
-
+use self::map::CachedMap;
+use self::statistics::CacheStatistics;
+use crate::error::Result;
 use crate::kind::{KindReader, MapKind};
-use crate::{Limits, MapReader, Result};
+use crate::limits::Limits;
+use crate::reader::MapReader;
 use store::TileStore;
 
 /// The tiles of any number of maps of any kinds, within one byte budget; the least recently
@@ -97,7 +95,7 @@ impl TileCache {
     ///
     /// # Errors
     ///
-    /// [`Error::Channels`](crate::Error::Channels) if `T` has another number
+    /// [`Error::Channels`](crate::error::Error::Channels) if `T` has another number
     /// of channels than the map.
     pub fn insert<T: Transmittance, K: MapKind>(
         &self,

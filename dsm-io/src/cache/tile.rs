@@ -8,7 +8,7 @@ use super::statistics::Counters;
 use crate::kind::MapTile;
 
 /// A tile's pixels, held in memory by whoever has it: of a deep map
-/// [`PixelLists`], of another kind its [`MapKind::Tile`](crate::MapKind::Tile).
+/// [`PixelLists`], of another kind its [`MapKind::Tile`](crate::kind::map_kind::MapKind::Tile).
 #[derive(Debug)]
 pub struct CachedTile<P> {
     pixels: P,

@@ -11,8 +11,9 @@ use dsm_core::{PixelLists, PixelListsView, Transmittance};
 use super::packed::unpack;
 use super::tile_columns::{TileColumn, mono_flags};
 use super::{Block, EncodedTile, words};
+use crate::error::{Error, Result};
 use crate::kind::StoredTile;
-use crate::{Error, Result, Tile};
+use crate::tile::Tile;
 
 const COLUMNS: usize = 5;
 

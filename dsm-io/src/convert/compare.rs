@@ -7,13 +7,17 @@ use dsm_core::{
 };
 use rayon::prelude::*;
 
+use super::report::ImportReport;
 use super::rows::ExactFunction;
-use super::{ImportReport, MapSource};
+use super::source::MapSource;
+use crate::achieved_error::AchievedError;
 use crate::blocks::{BLOCKS_A_THREAD, Blocks, is_empty, stated_depth_error};
+use crate::error::{Error, Result};
 use crate::format::level::Level;
-use crate::format::tile_id::TileRect;
+use crate::reader::MapReader;
 use crate::region::Region;
-use crate::{AchievedError, Error, MapReader, Result};
+use crate::tile_id::TileRect;
+use crate::worst_pixel::WorstPixel;
 
 /// Rows of images that are compared at a time: bounds the memory.
 const BAND: u32 = 64;
@@ -72,23 +76,6 @@ impl MapDifference {
     }
 }
 
-/// Where two maps differ the most.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WorstPixel {
-    /// Index of the level; of an image 0.
-    pub level: u32,
-    /// Column.
-    pub x: u32,
-    /// Row.
-    pub y: u32,
-    /// Depth.
-    pub z: f32,
-    /// Channel: 0, or 0 to 2 for coloured maps.
-    pub channel: usize,
-    /// The absolute difference there.
-    pub difference: f64,
-}
-
 /// Compares level 0 of two files, pixel by pixel, exactly but for the chords
 /// of curved stretches (5e-7). `progress` is told how many rows are done.
 ///
@@ -97,7 +84,7 @@ pub struct WorstPixel {
 ///
 /// # Errors
 ///
-/// [`Error::Caller`] if their sizes or channels differ; else what keeps one
+/// [`Error::Mismatch`] if their sizes or channels differ; else what keeps one
 /// of them from being read.
 pub fn compare(
     a: &mut MapSource,
@@ -145,7 +132,7 @@ pub fn compare_levels(
     if let (Some(one), Some(other)) = (a.crop(), b.crop())
         && one != other
     {
-        return Err(Error::caller("they are other parts of a map"));
+        return Err(Error::mismatch("they are other parts of a map"));
     }
     let common: Vec<(u32, &Level, &Level)> = (0..)
         .zip(a.levels().iter().zip(b.levels()))
@@ -154,7 +141,7 @@ pub fn compare_levels(
         .collect();
     for (index, a, b) in &common {
         if [a.width, a.height] != [b.width, b.height] {
-            return Err(Error::caller(format!(
+            return Err(Error::mismatch(format!(
                 "the sizes of level {index} differ: {} × {} and {} × {} pixels",
                 a.width, a.height, b.width, b.height
             )));
@@ -175,13 +162,13 @@ pub fn compare_levels(
 fn check_alike(a: &MapSource, b: &MapSource) -> Result<()> {
     let ([width, height], [other_width, other_height]) = (a.size(), b.size());
     if [width, height] != [other_width, other_height] {
-        return Err(Error::caller(format!(
+        return Err(Error::mismatch(format!(
             "the sizes differ: {width} × {height} and {other_width} × {other_height} pixels"
         )));
     }
     if a.channels() != b.channels() {
         let (a, b) = (a.channels(), b.channels());
-        return Err(Error::caller(format!("the numbers of channels differ: {a} and {b}")));
+        return Err(Error::mismatch(format!("the numbers of channels differ: {a} and {b}")));
     }
     Ok(())
 }

@@ -3,57 +3,19 @@
 use std::path::Path;
 
 use deep_exr::{
-    Block, ChunkEncoder, Compression, DeepExrWriter, EncodedChunk, Layout, SampleType, WriteOptions,
+    Block, ChunkEncoder, DeepExrWriter, EncodedChunk, Layout, SampleType, WriteOptions,
 };
-use dsm_core::{Rgb, Tolerance, Transmittance, VisibilityView};
+use dsm_core::{Rgb, Transmittance, VisibilityView};
 use rayon::prelude::*;
 
-use super::MapSource;
+use super::export_options::ExportOptions;
 use super::function_samples::FunctionSampler;
 use super::image_options::image_options;
 use super::rows::SourceRows;
+use super::source::MapSource;
+use crate::error::{Error, Result};
 use crate::format::atomic_file::AtomicFile;
 use crate::region::Region;
-use crate::{Error, Result};
-
-/// How a map is written as a deep OpenEXR.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ExportOptions {
-    /// Scan lines or tiles.
-    pub layout: Layout,
-    /// How opacities are stored.
-    pub sample_type: SampleType,
-    /// How chunks are compressed.
-    pub compression: Compression,
-    /// How far volumes may be off the ramps that they stand for, at least
-    /// [`Self::LEAST_ERROR`]. Default 1e-5.
-    pub error: Tolerance,
-    /// Whether the file says in `deepImageState` that its samples are tidy,
-    /// which they are. Not the default: several versions of the official
-    /// Python client refuse files with that attribute.
-    pub deep_image_state: bool,
-}
-
-impl ExportOptions {
-    /// The smallest error that can be asked for: a few roundings of 32-bit
-    /// opacities.
-    pub const LEAST_ERROR: f32 = 1e-6;
-
-    /// The error when none is asked for.
-    pub const DEFAULT_ERROR: f32 = 1e-5;
-}
-
-impl Default for ExportOptions {
-    fn default() -> Self {
-        Self {
-            layout: Layout::default(),
-            sample_type: SampleType::default(),
-            compression: Compression::default(),
-            error: Tolerance::new(Self::DEFAULT_ERROR).unwrap_or_default(),
-            deep_image_state: false,
-        }
-    }
-}
 
 /// What an export wrote.
 #[derive(Clone, Debug, PartialEq)]
@@ -102,7 +64,7 @@ pub struct ExportReport {
 ///
 /// # Errors
 ///
-/// [`Error::Caller`] if the source is an image, or an option is out of range;
+/// [`Error::Setting`] if the source is an image, or an option is out of range;
 /// whatever is wrong with the map, or keeps the output from being written.
 pub fn export_deep_exr(
     source: &mut MapSource,
@@ -111,12 +73,12 @@ pub fn export_deep_exr(
     progress: impl FnMut(u32),
 ) -> Result<ExportReport> {
     let MapSource::Map(map) = &*source else {
-        return Err(Error::caller(
+        return Err(Error::setting(
             "an image can't be written as an image: make a .dsm of it first",
         ));
     };
     if options.error.epsilon() < ExportOptions::LEAST_ERROR {
-        return Err(Error::caller(format!(
+        return Err(Error::setting(format!(
             "the error of an OpenEXR must be at least {:e}",
             ExportOptions::LEAST_ERROR
         )));
@@ -186,7 +148,7 @@ impl Export<'_> {
             let end = first.saturating_add(self.bands).min(grid.bands());
             let rows = grid.rows(first).start..grid.rows(end - 1).end;
             let SourceRows::Stored(functions) = source.read_rows::<T>(rows.clone())? else {
-                return Err(Error::caller("the source has samples, not functions"));
+                return Err(Error::setting("the source has samples, not functions"));
             };
             let blocks: Vec<Block> = (first..end)
                 .flat_map(|band| (0..grid.columns()).map(move |column| grid.block(column, band)))

@@ -3,7 +3,7 @@
 use deep_exr::{AlphaChannels, Attribute, Window, WriteOptions};
 use dsm_core::PixelWindow;
 
-use super::export::ExportOptions;
+use super::export_options::ExportOptions;
 use crate::metadata::Metadata;
 
 const DEEP_IMAGE_STATE: &str = "deepImageState";

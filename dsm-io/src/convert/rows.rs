@@ -9,9 +9,9 @@ use dsm_core::{
     VisibilityView,
 };
 
-use super::ImportReport;
 use super::deep_samples::collect_hits;
-use crate::Result;
+use super::report::ImportReport;
+use crate::error::Result;
 use crate::region::Region;
 
 /// Some whole pixel rows.

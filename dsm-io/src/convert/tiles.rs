@@ -6,10 +6,15 @@ use std::path::Path;
 use dsm_core::{Rgb, Tolerance, Transmittance};
 use rayon::prelude::*;
 
+use super::report::ImportReport;
 use super::rows::{ExactFunction, SourceRows};
-use super::{ImportReport, MapSource};
+use super::source::MapSource;
+use crate::achieved_error::AchievedError;
+use crate::error::Result;
+use crate::format::encoded_tile::EncodedTile;
 use crate::measured_pixels::MeasuredPixels;
-use crate::{AchievedError, EncodedTile, MapWriter, Result, TileId, WriteOptions};
+use crate::tile_id::TileId;
+use crate::writer::{MapWriter, WriteOptions};
 
 /// How a map is made from another file.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -1,6 +1,6 @@
 //! What a file of this format begins with, and what files of others do.
 
-use crate::{Error, Result};
+use crate::error::{Error, Result};
 
 /// A byte no text begins with, the name, and line ends that a transfer in
 /// text mode damages (after PNG's signature).

@@ -11,8 +11,9 @@ use super::pixel_contents::{PixelContents, PixelValue};
 use super::reader::KindReader;
 use super::stored_tile::StoredTile;
 use super::summary::MapSummary;
-use crate::codec::{Block, Codec, EncodedTile, exact, quantized};
+use crate::codec::{Block, Codec, exact, quantized};
 use crate::error::{Error, Result};
+use crate::format::encoded_tile::EncodedTile;
 use crate::metadata::Metadata;
 use crate::tile::Tile;
 

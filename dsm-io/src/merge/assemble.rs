@@ -3,9 +3,12 @@
 use std::path::Path;
 
 use super::refuse;
+use crate::error::{Error, Result, check_limit};
 use crate::format::level::Level;
 use crate::format::write::ContainerWriter;
-use crate::{Error, MapReader, Result, TileId};
+use crate::limits::Limits;
+use crate::reader::MapReader;
+use crate::tile_id::TileId;
 
 /// Puts crops together, tile by tile as they are stored.
 pub(super) fn assemble(
@@ -54,7 +57,7 @@ pub(super) fn assemble(
 /// Which crop holds each tile of `level`, row by row.
 fn sources(crops: &[MapReader], level: &Level) -> Result<Vec<usize>> {
     let [columns, _] = level.tiles();
-    crate::error::check_limit("tiles", level.tile_count(), crate::Limits::default().max_tiles)?;
+    check_limit("tiles", level.tile_count(), Limits::default().max_tiles)?;
     let mut sources = vec![None; level.tile_count() as usize];
     for (source, crop) in crops.iter().enumerate() {
         let part = crop.levels()[0];
@@ -71,7 +74,7 @@ fn sources(crops: &[MapReader], level: &Level) -> Result<Vec<usize>> {
     let missing = sources.iter().position(Option::is_none);
     if let Some(missing) = missing {
         let (x, y) = (missing % columns as usize, missing / columns as usize);
-        return Err(Error::caller(format!(
+        return Err(Error::mismatch(format!(
             "no crop holds the pixels from ({}, {}) on",
             x * level.tile_width as usize,
             y * level.tile_height as usize

@@ -6,16 +6,20 @@ use dsm_core::{Rgb, Tolerance, Transmittance, VisibilityProduct};
 use rayon::prelude::*;
 
 use super::{MergeReport, refuse};
+use crate::achieved_error::AchievedError;
 use crate::blocks::{
     BLOCKS_A_THREAD, Blocks, is_empty, stated_depth_error, stated_error, tiles_of,
 };
-use crate::codec::{Block, Codec, EncodedTile};
+use crate::codec::{Block, Codec};
+use crate::error::{Error, Result};
+use crate::format::encoded_tile::EncodedTile;
 use crate::format::level::Level;
-use crate::format::tile_id::TileRect;
 use crate::format::write::ContainerWriter;
 use crate::measured_pixels::MeasuredPixels;
+use crate::metadata::Metadata;
+use crate::reader::MapReader;
 use crate::region::AnyRegion;
-use crate::{AchievedError, Error, MapReader, Metadata, Result, TileId};
+use crate::tile_id::{TileId, TileRect};
 
 /// Multiplies level 0 of maps of the same pixels.
 pub(super) fn multiply(
@@ -24,7 +28,7 @@ pub(super) fn multiply(
     added: Tolerance,
     mut progress: impl FnMut(u64, u64),
 ) -> Result<MergeReport> {
-    let Some(first) = maps.first() else { return Err(Error::caller("there is nothing to merge")) };
+    let Some(first) = maps.first() else { return Err(Error::setting("there is nothing to merge")) };
     let metadata = metadata(first, maps, added)?;
     let json = metadata.to_json()?;
     let tolerance = metadata.info.tolerance;
@@ -110,7 +114,7 @@ fn tolerance(maps: &[MapReader], added: Tolerance) -> Result<Tolerance> {
     let needed = levels().map(|level| f64::from(level.error.max)).sum::<f64>() + own;
     let stated = stated.max((needed - f64::from(AchievedError::SLACK)) as f32);
     Tolerance::new(stated).map_err(|_| {
-        Error::caller(format!(
+        Error::setting(format!(
             "the tolerances of the maps and what the product may add come to {stated}: no bound"
         ))
     })

@@ -10,8 +10,12 @@ use super::plan::{Plan, PyramidOptions};
 use super::source::PyramidSource;
 use super::tile_levels::TileLevels;
 use super::traversal::{Step, Traversal};
+use crate::achieved_error::AchievedError;
+use crate::error::{Error, Result};
+use crate::format::encoded_tile::EncodedTile;
 use crate::format::level::Level;
-use crate::{AchievedError, EncodedTile, Error, MapWriter, Result, TileId};
+use crate::tile_id::TileId;
+use crate::writer::MapWriter;
 
 /// Tiles that are worked on together, for each thread.
 const TILES_A_THREAD: usize = 4;
@@ -36,7 +40,7 @@ const TILES_A_THREAD: usize = 4;
 /// # Errors
 ///
 /// [`Error::Channels`] if `T` has another number of channels than the map;
-/// [`Error::Caller`] if the options make no sense, or the writer has more than
+/// [`Error::Setting`] if the options make no sense, or the writer has more than
 /// level 0 already; else what keeps tiles from being read or written.
 pub fn build_pyramid<T: Transmittance, S: PyramidSource<T>>(
     source: &S,
@@ -49,7 +53,7 @@ pub fn build_pyramid<T: Transmittance, S: PyramidSource<T>>(
         return Err(Error::Channels { channels, asked });
     }
     let &[level] = writer.levels() else {
-        return Err(Error::caller("a pyramid is built on a map that has level 0 only"));
+        return Err(Error::setting("a pyramid is built on a map that has level 0 only"));
     };
     let tolerance = writer.metadata().info.tolerance;
     let plan = Plan::new([level.width, level.height], level.tile_width, tolerance, options)?;

@@ -4,7 +4,7 @@ use dsm_core::{Transmittance, VisibilityView};
 
 use super::fragment::{Averager, Copies, CopiesBuilder, Fragment, FragmentBuilder};
 use super::plan::Plan;
-use crate::Result;
+use crate::error::Result;
 
 /// Averages the copies of a node's children into the node's own pixels of the
 /// next level, and copies those in turn.

@@ -2,7 +2,7 @@
 
 use dsm_core::{PixelLists, Polyline, SumVertex, Tolerance, Transmittance, VisibilitySweep};
 
-use crate::Result;
+use crate::error::Result;
 use crate::measured_pixels::MeasuredPixels;
 
 /// A rectangle of compressed pixels of some level, and their errors.

@@ -2,7 +2,11 @@
 
 use dsm_core::{Polyline, Transmittance, VisibilityView};
 
-use crate::{AchievedError, EncodedTile, Result, Tile, TileId};
+use crate::achieved_error::AchievedError;
+use crate::error::Result;
+use crate::format::encoded_tile::EncodedTile;
+use crate::tile::Tile;
+use crate::tile_id::TileId;
 
 /// The functions of a tile's pixels, row by row.
 pub trait PixelFunctions<T: Transmittance> {

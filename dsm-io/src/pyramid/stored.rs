@@ -7,10 +7,14 @@ use dsm_core::{Rgb, Transmittance};
 use super::build::build_pyramid;
 use super::plan::PyramidOptions;
 use super::source::{PyramidSource, SourceTile};
+use crate::achieved_error::AchievedError;
+use crate::codec::Block;
+use crate::error::{Error, Result};
 use crate::format::directory::TileDirectory;
-use crate::{
-    AchievedError, Block, Error, MapReader, MapWriter, Result, Tile, TileId, WriteOptions,
-};
+use crate::reader::MapReader;
+use crate::tile::Tile;
+use crate::tile_id::TileId;
+use crate::writer::{MapWriter, WriteOptions};
 
 /// Writes `map` to `output` with the levels of a pyramid that `options` ask
 /// for; any it has already are replaced. `progress` is told how many of how
@@ -49,7 +53,7 @@ use crate::{
 ///
 /// # Errors
 ///
-/// [`Error::Caller`] if the map has several views, is not cut into squares or
+/// [`Error::Mismatch`] if the map has several views, is not cut into squares or
 /// does not begin at its own corner; else as [`build_pyramid`].
 pub fn mip(
     map: &MapReader,
@@ -57,7 +61,7 @@ pub fn mip(
     options: &PyramidOptions,
     progress: impl FnMut(u64, u64),
 ) -> Result<()> {
-    let refuse = |reason| Err(Error::caller(reason).in_file(map.container().path()));
+    let refuse = |reason| Err(Error::mismatch(reason).in_file(map.container().path()));
     let level = map.levels()[0];
     if map.levels().iter().any(|level| level.view != 0) {
         return refuse("a map of several views has no one pyramid");

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use dsm_core::random::golden;
 use dsm_core::{
     AreaLight, Facing, LightVisibility, PixelSampling, ShadedPoint, TileSamples, Transmittance,
     ViewRaster,
@@ -12,7 +13,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::image::Image;
-use super::numbers::{Numbers, spread, spread_otherwise};
+use super::numbers::{Numbers, spread_otherwise};
 use super::shading::radiance;
 use super::sight::{Eye, Matter, Sight};
 use crate::error::Result;
@@ -209,7 +210,7 @@ impl Renderer {
             let ray = self.camera.ray(point.x, point.y, f64::from(point.time));
             let mut first_medium = Some(spread_otherwise(other_start, sample));
             let medium = || first_medium.take().unwrap_or_else(|| numbers.unit());
-            let sight = eye.look(&ray, spread(start, sample), medium);
+            let sight = eye.look(&ray, golden(start, sample.into()), medium);
             sights.push((sight, numbers.bits()));
         }
     }

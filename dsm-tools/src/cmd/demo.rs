@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use deepshadow::files::{Limits, MapReader, PyramidOptions, mip};
 use deepshadow::scene::{Image, RenderSettings, Renderer, Scene, TracedScene, builtin_scene};
 use deepshadow::visibility::DeepMap;
@@ -76,8 +76,8 @@ impl Demonstration<'_> {
         let bytes = map.container().file_length();
         self.say("mip", &format!("{} levels, {bytes} bytes", map.levels().len()))?;
 
-        if let Some(error) = map.verify().first() {
-            bail!("verifying: {error}");
+        if let Some(error) = map.verify().into_iter().next() {
+            return Err(error).context("verifying");
         }
         self.say("verify", "every checksum and every function is as it must be")?;
 

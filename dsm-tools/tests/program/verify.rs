@@ -51,7 +51,8 @@ fn files_that_are_no_maps_fail() {
     let answer = run!("verify", text, folder.path("missing.dsm"));
     assert!(answer.refusal().starts_with("2 of 2 files failed: "), "{answer:?}");
     assert!(answer.stdout.contains("text.dsm: 1 error\n"), "{answer:?}");
-    assert!(answer.stdout.contains("No such file"), "{answer:?}");
+    assert_eq!(answer.stdout.matches("missing.dsm: cannot open: No such file").count(), 1);
+    assert_eq!(answer.stdout.matches("No such file").count(), 1, "{answer:?}");
 }
 
 #[test]

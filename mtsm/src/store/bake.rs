@@ -24,7 +24,7 @@ use crate::multilayer_settings::LayeredInfo;
 /// # Errors
 ///
 /// [`Error::HitSource`] with what the source says; [`Error::Interrupted`] if
-/// `watch` broke it off; [`Error::Caller`] for a crop; else what keeps the file
+/// `watch` broke it off; [`Error::Setting`] for a crop; else what keeps the file
 /// from being written.
 pub fn bake_mtsm<T: Transmittance, S: HitSource<T>>(
     baker: &MultilayerBaker<T, S>,
@@ -104,7 +104,7 @@ impl<K: MapKind<Keys = LayeredKeys>> OpenBake<K> {
         describe: impl FnOnce(&mut Metadata),
     ) -> Result<Self> {
         if settings.crop.is_some() {
-            return Err(Error::Caller("a layered map is baked whole".into()));
+            return Err(Error::Setting("a layered map is baked whole".into()));
         }
         let [width, height] = settings.size;
         // 1 or 3.

@@ -53,7 +53,7 @@ impl MapKind for Layers {
         block: Block,
     ) -> Result<EncodedTile> {
         if codec != Codec::Exact {
-            return Err(Error::Caller("layers are stored exactly".into()));
+            return Err(Error::Setting("layers are stored exactly".into()));
         }
         if tile.layer_count() == 0 {
             return Ok(EncodedTile::default());

@@ -61,7 +61,7 @@ impl MapKind for Mtsm {
         block: Block,
     ) -> Result<EncodedTile> {
         if codec != Codec::Exact {
-            return Err(Error::Caller("layers are stored exactly".into()));
+            return Err(Error::Setting("layers are stored exactly".into()));
         }
         let functions = tile.functions().view();
         if tile.layer_count() == 0 {

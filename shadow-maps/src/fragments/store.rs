@@ -124,7 +124,7 @@ impl MapKind for Fragments {
         block: Block,
     ) -> Result<EncodedTile> {
         if codec != Codec::Exact {
-            return Err(Error::Caller("fragments are stored exactly".into()));
+            return Err(Error::Setting("fragments are stored exactly".into()));
         }
         let FragmentColumns { offsets, w, gradients, facing, opacities, coverage } = &tile.columns;
         if w.is_empty() {

@@ -44,7 +44,7 @@ impl Source for Store {
 
     fn read(&self, range: Range<u64>) -> Result<Cow<'_, [u8]>> {
         if range.end - range.start > self.most {
-            return Err(Error::Caller("that is too much at once".into()));
+            return Err(Error::Setting("that is too much at once".into()));
         }
         self.asked.lock().unwrap().push(range.clone());
         Ok(Cow::Owned(self.bytes[range.start as usize..range.end as usize].to_vec()))
