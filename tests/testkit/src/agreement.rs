@@ -44,8 +44,8 @@ impl Agreement {
         }
         let distance =
             |index: usize| (found[index] - wanted[index]).abs() / wanted[index].abs().max(1.0);
-        // Written so that NaN is off.
-        let is_off = |index: &usize| !(distance(*index) <= self.tolerance);
+        // What is NaN is off.
+        let is_off = |index: &usize| distance(*index).is_nan() || distance(*index) > self.tolerance;
         let off = (0..wanted.len()).filter(is_off).count();
         if off as f64 <= self.strays * wanted.len() as f64 {
             return None;
