@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use dsm_io::{KindReader, MapKind};
+use dsm_io::MapKind;
+use dsm_io::detail::KindReader;
 
 /// An error of the front door; [`source`](std::error::Error::source) leads to its
 /// cause.

@@ -4,10 +4,10 @@ use std::ops::{ControlFlow, Range};
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use dsm_core::{
-    BakeProgress, BakeSettings, BakedTile, Baker, ExactPixel, GreedyCompressor, HitSource,
-    MipPyramid, SumVertex, Tolerance, Transmittance, Vertex, VisibilityDifference,
+use dsm_core::detail::{
+    BakedTile, ExactPixel, GreedyCompressor, MipPyramid, SumVertex, VisibilityDifference,
 };
+use dsm_core::{BakeProgress, BakeSettings, Baker, HitSource, Tolerance, Transmittance, Vertex};
 
 use crate::achieved_error::AchievedError;
 use crate::codec::{Block, Codec};

@@ -1,6 +1,6 @@
 //! Parts of a map in files of their own.
 
-use dsm_core::PixelWindow;
+use dsm_core::detail::PixelWindow;
 
 use crate::error::{Error, Result};
 use crate::format::level::Level;

@@ -13,7 +13,8 @@ use crate::tile_id::TileId;
 /// An open deep map. Any number of threads may read from it.
 ///
 /// ```no_run
-/// use dsm_io::{Limits, MapReader, TileId};
+/// use dsm_io::{Limits, MapReader};
+/// use dsm_io::detail::TileId;
 ///
 /// let reader = MapReader::open("shadow.dsm", &Limits::default())?;
 /// let tile = reader.tile::<f32>(TileId::new(0, 0, 0))?;

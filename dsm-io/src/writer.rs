@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use dsm_core::{DeepMap, PixelListsView, Transmittance};
+use dsm_core::detail::PixelListsView;
+use dsm_core::{DeepMap, Transmittance};
 
 use crate::achieved_error::AchievedError;
 use crate::codec::{Block, Codec};
@@ -69,7 +70,8 @@ impl WriteOptions {
 ///
 /// ```
 /// use dsm_core::{MapInfo, PixelListsBuilder, Vertex};
-/// use dsm_io::{AchievedError, Limits, MapReader, MapWriter, Metadata, TileId, WriteOptions};
+/// use dsm_io::{Limits, MapReader, MapWriter, Metadata, WriteOptions};
+/// use dsm_io::detail::{AchievedError, TileId};
 ///
 /// let mut pixels = PixelListsBuilder::<f32>::new(2, 1);
 /// pixels.push(Vertex::new(2.0, 1.0));
@@ -122,7 +124,8 @@ impl MapWriter {
     ///
     /// ```
     /// use dsm_core::MapInfo;
-    /// use dsm_io::{Crop, Limits, MapReader, MapWriter, Metadata, WriteOptions};
+    /// use dsm_io::{Limits, MapReader, MapWriter, Metadata, WriteOptions};
+    /// use dsm_io::detail::Crop;
     ///
     /// # let folder = tempfile::tempdir()?;
     /// # let path = folder.path().join("right.dsm");

@@ -11,14 +11,15 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use dsm_core::detail::{BlockVisitor, InFile};
 use dsm_core::{
-    BlockVisitor, DeepMap, Filter, FilterShape, Footprint, InFile, LevelChoice, MapInfo,
-    PixelListsBuilder, Pyramid, Receiver, Rgb, Transmittance, Vertex, VisibilityField,
-    filtered_lookup,
+    DeepMap, Filter, FilterShape, Footprint, LevelChoice, MapInfo, PixelListsBuilder, Pyramid,
+    Receiver, Rgb, Transmittance, Vertex, VisibilityField, filtered_lookup,
 };
+use dsm_io::detail::{AchievedError, LookupCursor, Memory, TileId};
 use dsm_io::{
-    AchievedError, Block, Container, Error, Level, Limits, LookupCursor, MapReader, MapWriter,
-    Memory, Metadata, Source, TileCache, TileId, WriteOptions, write_map,
+    Block, Container, Error, Level, Limits, MapReader, MapWriter, Metadata, Source, TileCache,
+    WriteOptions, write_map,
 };
 
 const SIZE: [u32; 2] = [150, 100];

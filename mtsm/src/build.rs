@@ -4,8 +4,9 @@
 use std::ops::{ControlFlow, Range};
 use std::sync::{Mutex, PoisonError};
 
-use dsm_core::{BakeProgress, Baker, Error, HitSource, Result, SampledPixel, Transmittance};
-use dsm_io::RowOrder;
+use dsm_core::detail::SampledPixel;
+use dsm_core::{BakeProgress, Baker, Error, HitSource, Result, Transmittance};
+use dsm_io::detail::RowOrder;
 use dsm_trace::LightFrame;
 
 use crate::depth_layers::{DepthLayers, MultilayerDepthMap};

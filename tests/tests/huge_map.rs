@@ -9,9 +9,10 @@ use std::path::Path;
 use std::time::Instant;
 
 use dsm_core::{MapInfo, PixelLists, PixelListsBuilder, Tolerance, Vertex};
+use dsm_io::detail::{AchievedError, TileId};
 use dsm_io::{
-    AchievedError, Block, ConvertOptions, Limits, MapReader, MapSource, MapWriter, Metadata,
-    PyramidOptions, TileId, WriteOptions, convert, mip,
+    Block, ConvertOptions, Limits, MapReader, MapSource, MapWriter, Metadata, PyramidOptions,
+    WriteOptions, convert, mip,
 };
 
 const SIZE: u32 = 16_384;

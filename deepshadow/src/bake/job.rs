@@ -3,7 +3,8 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use dsm_core::{BakeProgress, LightExtent, Rgb, Tolerance, Transmittance, ViewRaster};
+use dsm_core::detail::LightExtent;
+use dsm_core::{BakeProgress, Rgb, Tolerance, Transmittance, ViewRaster};
 use dsm_io::Metadata;
 use dsm_scene::Light;
 

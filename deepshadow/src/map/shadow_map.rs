@@ -5,9 +5,10 @@ use std::path::Path;
 use std::sync::Arc;
 
 use dsm_core::MapInfo;
+use dsm_io::detail::ErasedMap;
 use dsm_io::{
-    AnyDeepMap, Container, ErasedMap, Error as FileError, Level, Limits, MapReader, MapSource,
-    MapSummary, Metadata, PixelContents, TileRect, check_bound,
+    AnyDeepMap, Container, Error as FileError, Level, Limits, MapReader, MapSource, MapSummary,
+    Metadata, PixelContents, TileRect, check_bound,
 };
 use glam::DVec3;
 

@@ -3,16 +3,16 @@
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 
+use dsm_core::detail::{BakedTile, TransmittanceFunction, VisibilityDifference, VisibilitySweep};
 use dsm_core::{
-    BakeProgress, BakeSettings, BakedTile, Baker, DeepMap, Error, HitSource, PixelSampling, Rgb,
-    SurfaceHit, TileHits, TileSamples, Transmittance, TransmittanceFunction, VisibilityDifference,
-    VisibilitySweep,
+    BakeProgress, BakeSettings, Baker, DeepMap, Error, HitSource, PixelSampling, Rgb, SurfaceHit,
+    TileHits, TileSamples, Transmittance,
 };
+use dsm_testkit::config;
 use proptest::prelude::*;
 
 use crate::pixels::{scenes, settings};
 use crate::sources::RandomScene;
-use dsm_testkit::config;
 
 fn tiles<T: Transmittance>(scene: RandomScene, settings: &BakeSettings) -> Vec<BakedTile<T>> {
     let baker = Baker::new(scene, settings.clone()).unwrap();

@@ -4,7 +4,8 @@ use std::cell::Cell;
 use std::fmt;
 use std::ops::Range;
 
-use dsm_core::{BlockVisitor, Transmittance, VisibilityField};
+use dsm_core::detail::BlockVisitor;
+use dsm_core::{Transmittance, VisibilityField};
 
 use super::map::CachedMap;
 use super::rows_ahead::{RowsAhead, Step};

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use dsm_core::{PixelLists, PixelListsView, Transmittance};
+use dsm_core::detail::PixelListsView;
+use dsm_core::{PixelLists, Transmittance};
 
 use super::statistics::Counters;
 use crate::kind::MapTile;

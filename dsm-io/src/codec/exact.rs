@@ -6,7 +6,8 @@
 
 use std::borrow::Cow;
 
-use dsm_core::{PixelLists, PixelListsView, Transmittance};
+use dsm_core::detail::PixelListsView;
+use dsm_core::{PixelLists, Transmittance};
 
 use super::packed::unpack;
 use super::tile_columns::{TileColumn, mono_flags};

@@ -2,12 +2,12 @@
 
 use std::borrow::Cow;
 
-use dsm_core::{PixelLists, PixelListsView, Transmittance};
+use dsm_core::detail::PixelListsView;
+use dsm_core::{PixelLists, Transmittance};
 
 use super::packed::{Differences, pack, should_difference, unpack_planes, unshuffle};
 use super::{Block, Codec, EncodedTile, words};
-use crate::error::Place;
-use crate::error::{Error, Result};
+use crate::error::{Error, Place, Result};
 use crate::format::directory::TileEntry;
 use crate::kind::StoredTile;
 

@@ -2,9 +2,8 @@
 
 use std::ops::Range;
 
-use dsm_core::{
-    DifferenceSummary, Rgb, Tolerance, Transmittance, VisibilityDifference, VisibilityFunction,
-};
+use dsm_core::detail::{DifferenceSummary, VisibilityDifference};
+use dsm_core::{Rgb, Tolerance, Transmittance, VisibilityFunction};
 use rayon::prelude::*;
 
 use super::report::ImportReport;
@@ -39,7 +38,7 @@ enum Measure {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MapDifference {
     /// The mean of the pixels' means, over all levels; see
-    /// [`VisibilityDifference::mean`](dsm_core::VisibilityDifference::mean).
+    /// [`VisibilityDifference::mean`](dsm_core::detail::VisibilityDifference::mean).
     pub mean: f64,
     /// The largest difference of any pixel, depth and channel, and where it
     /// stands; `None` if there is no difference.

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use deep_exr::{
-    Block, ChunkEncoder, DeepExrWriter, EncodedChunk, Layout, SampleType, WriteOptions,
-};
-use dsm_core::{Rgb, Transmittance, VisibilityView};
+use deep_exr::detail::{Block, ChunkEncoder, EncodedChunk};
+use deep_exr::{DeepExrWriter, Layout, SampleType, WriteOptions};
+use dsm_core::detail::VisibilityView;
+use dsm_core::{Rgb, Transmittance};
 use rayon::prelude::*;
 
 use super::export_options::ExportOptions;

@@ -3,7 +3,8 @@
 use std::fmt::Debug;
 use std::ops::Range;
 
-use dsm_core::{BlockVisitor, Transmittance, VisibilityView};
+use dsm_core::Transmittance;
+use dsm_core::detail::{BlockVisitor, VisibilityView};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 

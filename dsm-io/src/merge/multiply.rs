@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use dsm_core::{Rgb, Tolerance, Transmittance, VisibilityProduct};
+use dsm_core::detail::VisibilityProduct;
+use dsm_core::{Rgb, Tolerance, Transmittance};
 use rayon::prelude::*;
 
 use super::{MergeReport, refuse};

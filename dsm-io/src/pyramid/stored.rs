@@ -27,7 +27,8 @@ use crate::writer::{MapWriter, WriteOptions};
 ///
 /// ```
 /// # use dsm_core::{MapInfo, PixelListsBuilder, Vertex};
-/// # use dsm_io::{AchievedError, MapWriter, Metadata, TileId, WriteOptions};
+/// # use dsm_io::{MapWriter, Metadata, WriteOptions};
+/// # use dsm_io::detail::{AchievedError, TileId};
 /// use dsm_io::{Limits, MapReader, PyramidOptions, mip};
 ///
 /// # let folder = tempfile::tempdir()?;

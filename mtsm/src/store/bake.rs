@@ -4,10 +4,8 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use dsm_core::{BakeProgress, BakeSettings, HitSource, Tolerance, Transmittance};
-use dsm_io::{
-    AchievedError, BakeReport, Block, Codec, EncodedTile, Error, KindWriter, MapKind, Metadata,
-    Result, TileId, WriteOptions,
-};
+use dsm_io::detail::{AchievedError, EncodedTile, KindWriter, TileId};
+use dsm_io::{BakeReport, Block, Codec, Error, MapKind, Metadata, Result, WriteOptions};
 
 use super::keys::LayeredKeys;
 use super::layers::Layers;

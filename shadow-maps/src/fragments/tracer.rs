@@ -7,7 +7,8 @@ use std::sync::Arc;
 use dsm_core::{
     AreaLight, LightShape, LightVisibility, OcclusionTracer, Result, ShadedPoint, Transmittance,
 };
-use dsm_trace::{TraceCounters, TraceStatistics};
+use dsm_trace::TraceStatistics;
+use dsm_trace::detail::TraceCounters;
 use fearless_simd::{Level, Simd, SimdBase, dispatch, f32x16};
 use glam::DVec3;
 use rayon::prelude::*;

@@ -1,6 +1,7 @@
 //! What stops the ray of a plain shadow map's sample.
 
-use dsm_core::{TileHits, Transmittance, VolumeSegment};
+use dsm_core::detail::VolumeSegment;
+use dsm_core::{TileHits, Transmittance};
 
 use super::hash::{mix, unit};
 

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use dsm_core::{BakeSettings, Filter, FilterShape, Rgb, Transmittance};
-use dsm_io::{BakeOptions, Crop, MergeReport};
+use dsm_io::detail::Crop;
+use dsm_io::{BakeOptions, MergeReport};
 
 use crate::support::{Stage, open};
 

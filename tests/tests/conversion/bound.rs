@@ -3,9 +3,8 @@
 use std::path::Path;
 
 use dsm_core::{DeepMap, PixelListsBuilder, Vertex};
-use dsm_io::{
-    AchievedError, Error, Limits, MapReader, WriteOptions, check_bound, compare, write_map,
-};
+use dsm_io::detail::AchievedError;
+use dsm_io::{Error, Limits, MapReader, WriteOptions, check_bound, compare, write_map};
 
 use super::{converted, image, open, options};
 

@@ -4,14 +4,16 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use dsm_core::{DeepMap, MapInfo, PixelLists, PixelWindow, Rgb, Tolerance};
+use dsm_core::detail::PixelWindow;
+use dsm_core::{DeepMap, MapInfo, PixelLists, Rgb, Tolerance};
 use dsm_io::deep_exr::{
     self, AlphaChannels, ChannelType, Compression, DeepExrReader, Header, Layout, SampleType,
     Window,
 };
+use dsm_io::detail::AchievedError;
 use dsm_io::{
-    AchievedError, Attribute, Error, ExportOptions, Limits, MapReader, MapSource, Metadata,
-    WriteOptions, compare, convert, export_deep_exr, write_map,
+    Attribute, Error, ExportOptions, Limits, MapReader, MapSource, Metadata, WriteOptions, compare,
+    convert, export_deep_exr, write_map,
 };
 
 use super::{IMAGES, converted, image, open, options};

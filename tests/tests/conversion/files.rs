@@ -3,11 +3,13 @@
 use std::fs;
 use std::path::Path;
 
-use dsm_core::{MapInfo, PixelListsBuilder, PixelWindow, Vertex};
+use dsm_core::detail::PixelWindow;
+use dsm_core::{MapInfo, PixelListsBuilder, Vertex};
 use dsm_io::deep_exr::{self, DeepExrReader, Window};
+use dsm_io::detail::{AchievedError, TileId};
 use dsm_io::{
-    AchievedError, Attribute, Block, Limits, MapReader, MapSource, MapWriter, Metadata, TileId,
-    WriteOptions, compare, convert,
+    Attribute, Block, Limits, MapReader, MapSource, MapWriter, Metadata, WriteOptions, compare,
+    convert,
 };
 
 use super::{IMAGES, converted, image, open, options};

@@ -5,7 +5,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use dsm_core::{MapInfo, Vertex};
-use dsm_io::{AchievedError, Block, Container, Limits, MapReader, Metadata, Source, WriteOptions};
+use dsm_io::detail::AchievedError;
+use dsm_io::{Block, Container, Limits, MapReader, Metadata, Source, WriteOptions};
 use dsm_tests::forge::Forge;
 use dsm_tests::whole_message;
 use rayon::prelude::*;

@@ -1,6 +1,7 @@
 //! Metadata come back bit for bit.
 
-use dsm_core::{Filter, FilterShape, MapInfo, PixelWindow, ShadowCamera, Tolerance};
+use dsm_core::detail::PixelWindow;
+use dsm_core::{Filter, FilterShape, MapInfo, ShadowCamera, Tolerance};
 use dsm_io::{Attribute, Error, Metadata};
 use dsm_testkit::config;
 use glam::DMat4;

@@ -3,14 +3,15 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use dsm_core::{InFile, MapInfo, PixelLists, Rgb};
+use dsm_core::detail::InFile;
+use dsm_core::{MapInfo, PixelLists, Rgb};
+use dsm_io::detail::{AchievedError, ContainerWriter, EncodedTile, SectionKind, Tile, TileId};
 use dsm_io::{
-    AchievedError, Block, Container, ContainerWriter, EncodedTile, Error, Level, Limits, MapReader,
-    MapWriter, Metadata, SectionKind, Source, Tile, TileId, WriteOptions,
+    Block, Container, Error, Level, Limits, MapReader, MapWriter, Metadata, Source, WriteOptions,
 };
+use dsm_tests::forge::Forge;
 
 use crate::examples::{coloured, document, mono};
-use dsm_tests::forge::Forge;
 
 fn bare_error(error: Error) -> Error {
     match error {

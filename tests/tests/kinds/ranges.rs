@@ -8,9 +8,10 @@ use dsm_core::{
     DeepMap, Filter, FilterShape, Footprint, MapInfo, PixelListsBuilder, Receiver, Vertex,
     filtered_lookup,
 };
+use dsm_io::detail::{AchievedError, TileId};
 use dsm_io::{
-    AchievedError, Block, Container, Error, Limits, MapReader, Metadata, Result, Source, TileCache,
-    TileId, WriteOptions, write_map,
+    Block, Container, Error, Limits, MapReader, Metadata, Result, Source, TileCache, WriteOptions,
+    write_map,
 };
 
 /// Hands out copies of ranges, keeps a list of them, and none longer than it may.

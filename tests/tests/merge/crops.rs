@@ -1,11 +1,14 @@
 //! Parts of a map in files of their own, and the whole again.
 
-use dsm_core::{MapInfo, PixelLists, PixelWindow, Tolerance, Transmittance, Vertex};
-use dsm_io::{
-    AchievedError, Block, Container, ContainerWriter, Crop, EncodedTile, Level, Limits, MapReader,
-    MapWriter, MergeReport, Metadata, PyramidOptions, TileId, WriteOptions, mip,
-};
 use std::path::Path;
+
+use dsm_core::detail::PixelWindow;
+use dsm_core::{MapInfo, PixelLists, Tolerance, Transmittance, Vertex};
+use dsm_io::detail::{AchievedError, ContainerWriter, Crop, EncodedTile, TileId};
+use dsm_io::{
+    Block, Container, Level, Limits, MapReader, MapWriter, MergeReport, Metadata, PyramidOptions,
+    WriteOptions, mip,
+};
 
 use super::{info, merge, metadata, open, refusal};
 use crate::pixels::build;

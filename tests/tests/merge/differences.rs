@@ -1,11 +1,14 @@
 //! How far maps are apart, level by level.
 
-use dsm_core::{MapInfo, PixelLists, Rgb, Vertex, VisibilityDifference};
-use dsm_io::{
-    AchievedError, Block, ConvertOptions, Level, Limits, MapDifference, MapReader, MapSource,
-    MapWriter, Metadata, TileId, WriteOptions, compare, compare_levels, convert,
-};
 use std::path::Path;
+
+use dsm_core::detail::VisibilityDifference;
+use dsm_core::{MapInfo, PixelLists, Rgb, Vertex};
+use dsm_io::detail::{AchievedError, TileId};
+use dsm_io::{
+    Block, ConvertOptions, Level, Limits, MapDifference, MapReader, MapSource, MapWriter, Metadata,
+    WriteOptions, compare, compare_levels, convert,
+};
 
 use super::{image, info, metadata, source, write};
 use crate::pixels::build;
@@ -156,7 +159,7 @@ fn what_cannot_be_compared_is_refused() {
     assert_eq!(channels, "the numbers of channels differ: 1 and 3");
     let mut crops = [0, 4].map(|x| {
         let whole = Metadata::new(8, 4, 1, MapInfo::default());
-        let crop = dsm_io::Crop { x, y: 0, width: 4, height: 4 };
+        let crop = dsm_io::detail::Crop { x, y: 0, width: 4, height: 4 };
         let options = WriteOptions::default().with_tile_size(4);
         let writer = MapWriter::create_crop(path("e.dsm"), whole, crop, options).unwrap();
         writer.finish().unwrap();

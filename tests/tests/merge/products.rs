@@ -1,12 +1,13 @@
 //! The light past several maps, against the product of their answers.
 
+use dsm_core::detail::{PixelWindow, VisibilityView};
 use dsm_core::{
-    Filter, FilterShape, MapInfo, PixelLists, PixelWindow, Rgb, ShadowCamera, Tolerance,
-    Transmittance, Vertex, VisibilityView,
+    Filter, FilterShape, MapInfo, PixelLists, Rgb, ShadowCamera, Tolerance, Transmittance, Vertex,
 };
+use dsm_io::detail::AchievedError;
 use dsm_io::{
-    AchievedError, AnyDeepMap, Block, ConvertOptions, Limits, MapReader, MapWriter, MergeReport,
-    Metadata, WriteOptions, convert,
+    AnyDeepMap, Block, ConvertOptions, Limits, MapReader, MapWriter, MergeReport, Metadata,
+    WriteOptions, convert,
 };
 use dsm_testkit::config;
 use glam::DMat4;
@@ -342,7 +343,7 @@ fn errors_of_the_factors_add_up() {
         let mut writer = MapWriter::create(path(name), metadata, options).unwrap();
         for (x, error) in (0..).zip(errors) {
             let pixels = build(2, 2, (0..4).map(|_| step(1.0, 0.5_f32)));
-            let id = dsm_io::TileId::new(0, x, 0);
+            let id = dsm_io::detail::TileId::new(0, x, 0);
             writer.write_tile(id, pixels.view(), tile(error)).unwrap();
         }
         writer.finish().unwrap();

@@ -5,10 +5,8 @@ use std::fs;
 use std::path::Path;
 
 use dsm_core::{MapInfo, PixelLists, Rgb, Transmittance};
-use dsm_io::{
-    AchievedError, Block, Level, MapReader, MapWriter, Metadata, PyramidOptions, TileId,
-    WriteOptions, mip,
-};
+use dsm_io::detail::{AchievedError, TileId};
+use dsm_io::{Block, Level, MapReader, MapWriter, Metadata, PyramidOptions, WriteOptions, mip};
 
 use crate::maps::{Content, Shape, open, pixels, write};
 

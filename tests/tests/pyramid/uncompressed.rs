@@ -2,11 +2,10 @@
 
 use std::ops::Range;
 
-use dsm_core::{PixelLists, Rgb, SumVertex, Transmittance, Vertex};
-use dsm_io::{
-    Error, Level, MapWriter, PixelFunctions, PyramidSource, Result, SourceTile, TileId,
-    build_pyramid,
-};
+use dsm_core::detail::SumVertex;
+use dsm_core::{PixelLists, Rgb, Transmittance, Vertex};
+use dsm_io::detail::{PixelFunctions, PyramidSource, SourceTile, TileId, build_pyramid};
+use dsm_io::{Error, Level, MapWriter, Result};
 
 use crate::maps::{Content, Shape, open, pixels};
 use crate::naive::{Plain, check_levels};
