@@ -41,7 +41,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("{} samples met {} surfaces, {} bytes", report.samples, report.hits, report.bytes);
 
     let map = ShadowMap::open(&path)?;
-    let points = [DVec3::new(-0.5, 0.0, 0.2), DVec3::new(0.5, 0.0, 0.2), DVec3::new(-0.5, 2.0, 0.2)];
+    let points =
+        [DVec3::new(-0.5, 0.0, 0.2), DVec3::new(0.5, 0.0, 0.2), DVec3::new(-0.5, 2.0, 0.2)];
     let factors = map.query(&points, &Query::new())?;
     for (point, what) in ["below the glass", "beside it", "above it"].into_iter().enumerate() {
         println!("{what}: {:.3}", factors.rgb(point)[0]);
