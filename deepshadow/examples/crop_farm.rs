@@ -7,6 +7,7 @@ use std::error::Error;
 use std::fs;
 use std::ops::ControlFlow;
 
+use deepshadow::Progress;
 use deepshadow::files::{Limits, MapReader, merge};
 use deepshadow::scene::builtin_scene;
 use deepshadow::{Bake, ShadowMap, bake};
@@ -32,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         bake(&scene, &scene.light, &part, &path, go_on)?;
         parts.push(MapReader::open(&path, &Limits::default())?);
     }
-    merge(&parts, &at("merged.dsm"), None, |_, _| ())?;
+    merge(&parts, &at("merged.dsm"), None, Progress::ignore)?;
 
     bake(&scene, &scene.light, &settings, &at("whole.dsm"), go_on)?;
     let same = fs::read(at("merged.dsm"))? == fs::read(at("whole.dsm"))?;

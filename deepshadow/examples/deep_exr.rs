@@ -6,6 +6,7 @@
 use std::error::Error;
 use std::path::Path;
 
+use deepshadow::Progress;
 use deepshadow::files::{
     ConvertOptions, ExportOptions, Limits, MapSource, compare_levels, convert, export_deep_exr,
 };
@@ -19,7 +20,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // Samples become visibility functions, kept exactly.
     let mut source = MapSource::open(&image, None, &limits)?;
-    let report = convert(&mut source, &map, &ConvertOptions::default(), |_| ())?;
+    let report = convert(&mut source, &map, &ConvertOptions::default(), Progress::ignore)?;
     report.lines().iter().for_each(|line| println!("{line}"));
 
     // A raster position in pixels, and a depth.
@@ -30,10 +31,10 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // And back: within 1e-4 of the map, which is measured.
     let mut source = MapSource::open(&map, None, &limits)?;
-    export_deep_exr(&mut source, &again, &ExportOptions::default(), |_| ())?;
+    export_deep_exr(&mut source, &again, &ExportOptions::default(), Progress::ignore)?;
     let mut written = MapSource::open(&again, None, &limits)?;
     let mut source = MapSource::open(&map, None, &limits)?;
-    let difference = compare_levels(&mut source, &mut written, |_, _| ())?;
+    let difference = compare_levels(&mut source, &mut written, Progress::ignore)?;
     println!("the image written is off by {:.1e} at most", difference.max());
     assert!(difference.max() < 1e-4);
     Ok(())

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use dsm_core::detail::{
     BakedTile, ExactPixel, GreedyCompressor, MipPyramid, SumVertex, VisibilityDifference,
 };
-use dsm_core::{BakeProgress, BakeSettings, Baker, HitSource, Tolerance, Transmittance, Vertex};
+use dsm_core::{BakeSettings, Baker, HitSource, Progress, Tolerance, Transmittance, Vertex};
 
 use crate::achieved_error::AchievedError;
 use crate::codec::{Block, Codec};
@@ -103,7 +103,7 @@ pub fn bake<T: Transmittance, S: HitSource<T>>(
     output: &Path,
     options: &BakeOptions,
     describe: impl FnOnce(&mut Metadata),
-    watch: impl Fn(BakeProgress) -> ControlFlow<()> + Sync,
+    watch: impl Fn(Progress) -> ControlFlow<()> + Sync,
 ) -> Result<BakeReport>
 where
     S::Error: std::error::Error + Send + Sync + 'static,
@@ -145,7 +145,7 @@ where
                 begun: 0.into(),
                 hits: 0.into(),
             };
-            build_pyramid(&source, &mut writer, pyramid, |_, _| ())?;
+            build_pyramid(&source, &mut writer, pyramid, Progress::ignore)?;
             source.hits.into_inner()
         }
     };
@@ -157,7 +157,7 @@ fn write_tiles<T: Transmittance, S: HitSource<T>>(
     baker: &Baker<T, S>,
     writer: &mut MapWriter,
     options: &BakeOptions,
-    watch: impl Fn(BakeProgress) -> ControlFlow<()> + Sync,
+    watch: impl Fn(Progress) -> ControlFlow<()> + Sync,
 ) -> Result<u64>
 where
     S::Error: std::error::Error + Send + Sync + 'static,
@@ -281,7 +281,7 @@ where
     T: Transmittance,
     S: HitSource<T>,
     S::Error: std::error::Error + Send + Sync + 'static,
-    W: Fn(BakeProgress) -> ControlFlow<()> + Sync,
+    W: Fn(Progress) -> ControlFlow<()> + Sync,
 {
     type Functions<'a>
         = ExactTile<T>
@@ -290,7 +290,7 @@ where
 
     fn tile(&self, id: TileId) -> Result<SourceTile<ExactTile<T>>> {
         let done = self.begun.fetch_add(1, Ordering::Relaxed);
-        if (self.watch)(BakeProgress { done, tiles: self.tiles }).is_break() {
+        if (self.watch)(Progress::new(done, self.tiles)).is_break() {
             return Err(Error::Interrupted);
         }
         let settings = self.baker.settings();

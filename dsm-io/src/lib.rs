@@ -25,6 +25,7 @@ mod limits;
 mod measured_pixels;
 mod merge;
 mod metadata;
+mod progress;
 mod pyramid;
 mod reader;
 mod region;

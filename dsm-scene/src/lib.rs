@@ -46,7 +46,7 @@ pub use load::load_shape;
 pub use mesh::TriangleMesh;
 pub use raster::scene_rasterizer::SceneRasterizer;
 pub use reference::SceneReference;
-pub use render::{Image, ImageDifference, RenderProgress, RenderSettings, Renderer};
+pub use render::{Image, ImageDifference, RenderSettings, Renderer};
 pub use scene::{Object, Scene, Shape};
 pub use trace::TracedScene;
 pub use transform::{Motion, Transform};

@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use dsm_core::random::golden;
 use dsm_core::{
-    AreaLight, Facing, LightVisibility, PixelSampling, ShadedPoint, TileSamples, Transmittance,
-    ViewRaster,
+    AreaLight, Facing, LightVisibility, PixelSampling, Progress, ShadedPoint, TileSamples,
+    Transmittance, ViewRaster,
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -83,15 +83,6 @@ pub struct Renderer {
     settings: RenderSettings,
 }
 
-/// How far a picture has come.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct RenderProgress {
-    /// Blocks that are done.
-    pub done: u64,
-    /// All blocks.
-    pub blocks: u64,
-}
-
 impl Renderer {
     /// Looks at `scene` through `camera`.
     #[must_use]
@@ -114,7 +105,7 @@ impl Renderer {
     pub fn render<V: LightVisibility>(
         &self,
         shadow: &V,
-        watch: impl Fn(RenderProgress) -> ControlFlow<()> + Sync,
+        watch: impl Fn(Progress) -> ControlFlow<()> + Sync,
     ) -> std::result::Result<Option<Image>, V::Error>
     where
         V::Error: Send,
@@ -126,7 +117,7 @@ impl Renderer {
         let rendered = (0..blocks)
             .into_par_iter()
             .map(|block| {
-                let progress = RenderProgress { done: done.load(Ordering::Relaxed), blocks };
+                let progress = Progress::new(done.load(Ordering::Relaxed), blocks);
                 if watch(progress).is_break() {
                     return Ok(None);
                 }

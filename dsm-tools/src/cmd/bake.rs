@@ -1,20 +1,17 @@
 //! `bake`: the shadow map of a scene's light.
 
 use std::io::{self, Write};
-use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
 use deepshadow::files::Attribute;
 use deepshadow::scene::{Scene, open_scene};
-use deepshadow::visibility::BakeProgress;
-use deepshadow::{BakeReport, bake};
-use indicatif::ProgressBar;
+use deepshadow::{BakeReport, Progress, bake};
 
 use crate::args::Bake;
-use crate::interrupt::Interrupt;
-use crate::output::{printable, progress};
+use crate::output::printable;
+use crate::output::progress::Watch;
 use crate::parallel::with_threads;
 
 pub(crate) fn run(request: &Bake) -> Result<()> {
@@ -70,30 +67,13 @@ pub(crate) fn bake_scene(
     ] {
         settings = settings.with_attribute(key, Attribute::string(&value));
     }
-    let watch = Watch::start(quiet)?;
-    let baked = bake(scene, &scene.light, &settings, output, |progress| watch.at(progress));
-    watch.bar.finish_and_clear();
+    let (watch, started) = (Watch::start("baking", quiet)?, Instant::now());
+    let baked = bake(scene, &scene.light, &settings, output, |progress| {
+        let Progress { done, total, .. } = progress;
+        let rate = done as f64 / started.elapsed().as_secs_f64();
+        watch.set_message(format!("baking, {done} of {total} tiles, {rate:.1} a second"));
+        watch.at(progress)
+    });
+    drop(watch);
     baked.with_context(|| format!("baking {name}"))
-}
-
-/// Shows how far a bake has come, and breaks it off where that is asked.
-struct Watch {
-    bar: ProgressBar,
-    interrupt: Interrupt,
-    started: Instant,
-}
-
-impl Watch {
-    fn start(quiet: bool) -> Result<Self> {
-        let bar = progress::bar(0, "baking".to_owned(), quiet);
-        Ok(Self { bar, interrupt: Interrupt::listen()?, started: Instant::now() })
-    }
-
-    fn at(&self, BakeProgress { done, tiles }: BakeProgress) -> ControlFlow<()> {
-        let rate = done as f64 / self.started.elapsed().as_secs_f64();
-        self.bar.set_length(tiles);
-        self.bar.set_position(done);
-        self.bar.set_message(format!("baking, {done} of {tiles} tiles, {rate:.1} a second"));
-        if self.interrupt.is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    }
 }

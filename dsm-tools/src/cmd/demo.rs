@@ -16,7 +16,8 @@ use super::bake::bake_scene;
 use super::inspect::{plot_pixel, write_slice};
 use super::render::render_with_bar;
 use crate::args::{Demo, ImageFile, ImageFormat, SliceFile};
-use crate::output::{picture, printable, progress};
+use crate::output::progress::Watch;
+use crate::output::{picture, printable};
 use crate::parallel::with_threads;
 
 /// Width and height of the map.
@@ -65,12 +66,9 @@ impl Demonstration<'_> {
             ),
         )?;
 
-        let bar = progress::bar(0, "averaging".to_owned(), quiet);
-        mip(&map, &map_path, &PyramidOptions::default(), |done, tiles| {
-            bar.set_length(tiles);
-            bar.set_position(done);
-        })?;
-        bar.finish_and_clear();
+        let watch = Watch::start("averaging", quiet)?;
+        mip(&map, &map_path, &PyramidOptions::default(), |progress| watch.at(progress))?;
+        drop(watch);
         drop(map);
         let map = MapReader::open(&map_path, &Limits::default())?;
         let bytes = map.container().file_length();

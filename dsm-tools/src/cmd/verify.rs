@@ -9,7 +9,7 @@ use deepshadow::files::{Error, Limits, MapSource};
 use serde::Serialize;
 
 use crate::args::Verify;
-use crate::output::progress;
+use crate::output::progress::Watch;
 use crate::parallel::with_threads;
 
 /// What `--json` prints.
@@ -66,9 +66,9 @@ fn open_and_check(path: &Path, request: &Verify) -> deepshadow::Result<Vec<Strin
 fn check_against(map: &ShadowMap, path: &Path, request: &Verify) -> Result<(), String> {
     let source = MapSource::open(path, request.part.as_deref(), &Limits::default());
     let mut source = source.map_err(whole_message)?;
-    let bar = progress::bar(map.size()[1].into(), "comparing".to_owned(), request.quiet);
-    let checked = map.check_against(&mut source, |rows| bar.set_position(rows.into()));
-    bar.finish_and_clear();
+    let watch = Watch::start("comparing", request.quiet).map_err(whole_message)?;
+    let checked = map.check_against(&mut source, |progress| watch.at(progress));
+    drop(watch);
     checked.map_err(|error| match error {
         // That names a file already.
         deepshadow::Error::File(Error::File(_)) | deepshadow::Error::Query { .. } => {

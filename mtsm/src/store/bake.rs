@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use dsm_core::{BakeProgress, BakeSettings, HitSource, Tolerance, Transmittance};
+use dsm_core::{BakeSettings, HitSource, Progress, Tolerance, Transmittance};
 use dsm_io::detail::{AchievedError, EncodedTile, KindWriter, TileId};
 use dsm_io::{BakeReport, Block, Codec, Error, MapKind, Metadata, Result, WriteOptions};
 
@@ -29,7 +29,7 @@ pub fn bake_mtsm<T: Transmittance, S: HitSource<T>>(
     output: &Path,
     block: Block,
     describe: impl FnOnce(&mut Metadata),
-    watch: impl Fn(BakeProgress) -> ControlFlow<()> + Sync,
+    watch: impl Fn(Progress) -> ControlFlow<()> + Sync,
 ) -> Result<BakeReport>
 where
     S::Error: std::error::Error + Send + Sync + 'static,
@@ -51,7 +51,7 @@ pub fn bake_layers<T: Transmittance, S: HitSource<T>>(
     output: &Path,
     block: Block,
     describe: impl FnOnce(&mut Metadata),
-    watch: impl Fn(BakeProgress) -> ControlFlow<()> + Sync,
+    watch: impl Fn(Progress) -> ControlFlow<()> + Sync,
 ) -> Result<BakeReport>
 where
     S::Error: std::error::Error + Send + Sync + 'static,

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use dsm_core::Progress;
 use dsm_core::{BakeSettings, Filter, FilterShape, Rgb, Transmittance};
 use dsm_io::detail::Crop;
 use dsm_io::{BakeOptions, MergeReport};
@@ -47,7 +48,7 @@ fn check<T: Transmittance>(stage: &Stage, filter: Filter) {
     // In another order than that of the whole.
     let crops: Vec<_> = crops.collect::<Vec<_>>().into_iter().rev().collect();
     let merged = folder.path().join("merged.dsm");
-    let report = dsm_io::merge(&crops, &merged, None, |_, _| ()).unwrap();
+    let report = dsm_io::merge(&crops, &merged, None, Progress::ignore).unwrap();
     assert_eq!(report, MergeReport::Assembled);
     assert!(bytes(&merged) == bytes(&whole), "the parts are not the whole");
 }

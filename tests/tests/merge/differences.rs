@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use dsm_core::Progress;
 use dsm_core::detail::VisibilityDifference;
 use dsm_core::{MapInfo, PixelLists, Rgb, Vertex};
 use dsm_io::detail::{AchievedError, TileId};
@@ -48,9 +49,10 @@ fn pyramid(path: &Path, levels: &[PixelLists<f32>]) -> MapSource {
 
 fn differ(a: &mut MapSource, b: &mut MapSource) -> dsm_io::Result<MapDifference> {
     let mut told = (0, 0);
-    let difference = compare_levels(a, b, |rows, of| {
-        assert!(rows >= told.0 && rows <= of);
-        told = (rows, of);
+    let difference = compare_levels(a, b, |rows| {
+        assert!(rows.done >= told.0 && rows.done <= rows.total);
+        told = (rows.done, rows.total);
+        Progress::ignore(rows)
     });
     assert!(difference.is_err() || told.0 == told.1, "{told:?}");
     difference
@@ -76,7 +78,7 @@ fn the_worst_of_all_common_levels_is_found() {
     let mut c = pyramid(&folder.path().join("c.dsm"), &[off, coarse]);
     let worst = differ(&mut a, &mut c).unwrap().worst.unwrap();
     assert_eq!((worst.level, worst.x, worst.y, worst.difference), (0, 3, 1, 0.25));
-    assert_eq!(compare(&mut a, &mut b, |_| ()).unwrap().max(), 0.25);
+    assert_eq!(compare(&mut a, &mut b, Progress::ignore).unwrap().max(), 0.25);
 }
 
 #[test]
@@ -111,7 +113,7 @@ fn the_mean_is_over_all_pixels() {
             tolerance: info(epsilon).tolerance,
             write: WriteOptions::default().with_tile_size(tile),
         };
-        convert(&mut source(&sample), &path(name), &options, |_| ()).unwrap();
+        convert(&mut source(&sample), &path(name), &options, Progress::ignore).unwrap();
     };
     converted("a.dsm", 0.0, 16);
     converted("b.dsm", 0.1, 7);

@@ -1,5 +1,6 @@
 //! The light past several maps, against the product of their answers.
 
+use dsm_core::Progress;
 use dsm_core::detail::{PixelWindow, VisibilityView};
 use dsm_core::{
     Filter, FilterShape, MapInfo, PixelLists, Rgb, ShadowCamera, Tolerance, Transmittance, Vertex,
@@ -247,7 +248,7 @@ fn what_the_chords_of_many_volumes_cost_is_stated() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.dsm");
     let sample = image("docs/sample/tuft.exr");
-    convert(&mut source(&sample), &path, &ConvertOptions::default(), |_| ()).unwrap();
+    convert(&mut source(&sample), &path, &ConvertOptions::default(), Progress::ignore).unwrap();
     let maps: Vec<_> = (0..4).map(|_| open(&path)).collect();
     assert!(maps[0].levels()[0].error.max > 4e-7, "the sample has no volumes");
     let merged = folder.path().join("merged.dsm");
