@@ -80,3 +80,8 @@ pub use write::encoder::{ChunkEncoder, EncodedChunk};
 pub use write::options::WriteOptions;
 pub use write::sample_type::SampleType;
 pub use write::writer::DeepExrWriter;
+
+/// The example of README.md compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
