@@ -4,6 +4,7 @@ use std::convert::Infallible;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
+use dsm_core::random::golden;
 use dsm_core::{
     AreaLight, LightShape, LightVisibility, OcclusionTracer, Result, ShadedPoint, Transmittance,
 };
@@ -208,7 +209,7 @@ impl<T: Transmittance> FragmentTracer<T> {
         let some = (0..CHECKS).map(|index| {
             // Spread over the fragments by the golden ratio, in no step that
             // rows could have, too.
-            let share = (index as f64 * 0.618_033_988_749_895).fract();
+            let share = golden(0.0, index as f64);
             let at = ((share * count as f64) as usize).min(count - 1);
             let pixel = offsets.partition_point(|&start| start as usize <= at) as u64 - 1;
             let [x, y] = [pixel % width, pixel / width].map(|side| side as f64 + 0.5);

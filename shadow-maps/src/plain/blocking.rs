@@ -1,9 +1,8 @@
 //! What stops the ray of a plain shadow map's sample.
 
 use dsm_core::detail::VolumeSegment;
+use dsm_core::random::{mix32, unit32};
 use dsm_core::{TileHits, Transmittance};
-
-use super::hash::{mix, unit};
 
 /// What stops a sample's ray: a plain shadow map keeps one depth of it,
 /// whatever it meets.
@@ -55,7 +54,7 @@ impl NearestDepths {
         if self.blocking == Blocking::Stochastic && !hits.is_empty() {
             let bits = (0..hits.sample_count()).map(&texel);
             self.bits.clear();
-            self.bits.extend(bits.map(|[x, y]| mix(x ^ mix(y))));
+            self.bits.extend(bits.map(|[x, y]| mix32(x ^ mix32(y))));
         }
         for (sample, hit) in hits.surfaces() {
             let depth = &mut self.depths[sample as usize];
@@ -80,7 +79,7 @@ impl NearestDepths {
             Blocking::Stochastic => {
                 let bits = self.bits[sample as usize];
                 let opacity = opacity.channel(bits as usize % T::CHANNELS);
-                unit(mix(bits ^ mix(depth.to_bits()))) < f64::from(opacity)
+                unit32(mix32(bits ^ mix32(depth.to_bits()))) < f64::from(opacity)
             }
         }
     }
@@ -104,10 +103,10 @@ impl NearestDepths {
                 let [near, far] = ends.map(|end| end.as_ref()[channel]);
                 // A ray meets the stretches of one medium one after the other,
                 // each with a free path of its own.
-                let place = mix(
-                    segment.near.to_bits() ^ mix(segment.far.to_bits() ^ near.to_bits() as u32)
+                let place = mix32(
+                    segment.near.to_bits() ^ mix32(segment.far.to_bits() ^ near.to_bits() as u32),
                 );
-                let free_path = -unit(mix(bits ^ place)).ln();
+                let free_path = -unit32(mix32(bits ^ place)).ln();
                 let length = f64::from(segment.far) - f64::from(segment.near);
                 let slope = (far - near) / length;
                 // The root of near · t + slope · t²/2 = free path, as it is
