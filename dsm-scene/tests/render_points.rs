@@ -118,7 +118,7 @@ fn points_say_what_they_lie_on_and_have_numbers_of_their_own() {
             Facing::Surface(normal) => {
                 surfaces += 1;
                 assert!(normal.distance(DVec3::Y) < 1e-6);
-                assert!((1e-5..1e-3).contains(&position.y), "{position}");
+                assert!((1e-12..1e-9).contains(&position.y), "{position}");
             }
             Facing::Strand(along) => {
                 strands += 1;

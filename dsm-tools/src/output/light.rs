@@ -56,7 +56,6 @@ mod tests {
     use super::*;
     use dsm_core::Rgb;
     use proptest::prelude::*;
-    use proptest::test_runner::RngSeed;
 
     fn line<T: Transmittance>(value: T) -> String {
         let mut lines = Vec::new();
@@ -86,12 +85,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig {
-            cases: if std::env::var_os("DSM_LONG_TESTS").is_some() { 20_000 } else { 256 },
-            rng_seed: RngSeed::Fixed(0x1167),
-            failure_persistence: None,
-            ..ProptestConfig::default()
-        })]
+        #![proptest_config(dsm_testkit::config(0x1167))]
 
         #[test]
         fn numbers_read_back_the_same(bits in 0..=1.0_f32.to_bits()) {

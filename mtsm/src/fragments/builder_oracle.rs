@@ -3,10 +3,10 @@
 
 use dsm_core::ShadowCamera;
 use dsm_core::{Error, HitSource, Rgb, SurfaceHit, TileHits, TileSamples, Transmittance};
+use dsm_testkit::config;
 use glam::{DMat4, DVec4, Vec3};
 use proptest::prelude::*;
 
-use crate::fragments::oracle::config;
 use crate::{Fragment, FragmentBuilder};
 
 /// One surface in the way of a sample.

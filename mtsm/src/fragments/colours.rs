@@ -1,10 +1,11 @@
 //! Maps of coloured fragments: traced against the oracle, and built.
 
 use dsm_core::{AreaLight, LightVisibility, Rgb, Transmittance};
+use dsm_testkit::config;
 use glam::DVec3;
 use proptest::prelude::*;
 
-use crate::fragments::oracle::{STARTS, config, fragment, frame, map, naive, point};
+use crate::fragments::oracle::{STARTS, fragment, frame, map, naive, point};
 use crate::{Fragment, FragmentMap, FragmentTracer, TraceScratch};
 
 /// Halves, so that one hit more or less of any channel shows; some channels are

@@ -8,8 +8,8 @@ use glam::DVec3;
 use mtsm::{LayeredInfo, LeafRule, MultilayerMap, MultilayerTracer, TraceSettings, TracedMap};
 use proptest::prelude::*;
 
-use crate::config::config;
 use crate::views::{Sheets, sheets};
+use dsm_testkit::config;
 
 fn settings(rule: LeafRule, depth_threshold: f64, start: f64) -> TraceSettings {
     TraceSettings {
