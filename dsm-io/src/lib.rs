@@ -51,12 +51,13 @@ pub use convert::{
 };
 pub use crop::Crop;
 pub use error::{Error, Place, Result};
-pub use format::atomic_file::replace_file;
+pub use format::atomic_file::{check_output, replace_file};
 pub use format::container::Container;
 pub use format::directory::{TileDirectory, TileEntry};
 pub use format::level::Level;
 pub use format::section::SectionKind;
 pub use format::tile_id::{TileId, TileRect};
+pub use format::version::FORMAT_VERSION;
 pub use format::write::ContainerWriter;
 pub use limits::Limits;
 pub use merge::{MergeReport, merge};

@@ -234,7 +234,8 @@ fn chunks_of_other_parts() {
     let parts = [named("one"), named("two")];
     let (mut bytes, tables) = file(&parts);
     let second = |bytes: &[u8]| {
-        let mut reader = DeepExrReader::from_bytes(bytes.to_vec(), Some("two"), &Limits::default())?;
+        let mut reader =
+            DeepExrReader::from_bytes(bytes.to_vec(), Some("two"), &Limits::default())?;
         reader.read_rows(0..3)
     };
     assert_eq!(second(&bytes).unwrap().sample_count(), 3);

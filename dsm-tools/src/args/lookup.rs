@@ -11,6 +11,12 @@ use super::layer_rule::LayerFlags;
 use super::values::{self, Effort};
 use crate::layered::LayerRule;
 
+const EXAMPLES: &str = "\
+Examples:
+  dsm-tools lookup map.dsm --points points.csv --filter tent --width 4
+  dsm-tools lookup map.dsm --points pixels.csv --space raster --level auto
+  dsm-tools lookup layers.dsm --points points.csv --rays 64 --light-size 1x0.5";
+
 /// Answers how much light reaches each of many points
 ///
 /// Reads points from a CSV file whose header names columns x, y and z, and
@@ -18,6 +24,7 @@ use crate::layered::LayerRule;
 /// left (v), or of each colour (r,g,b). A point outside the map, behind the
 /// camera or with a NaN is lit: 1.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct LookupFlags {
     /// A deep shadow map or a layered one (.dsm)
     map: PathBuf,
@@ -75,6 +82,9 @@ pub(crate) struct LookupFlags {
     stats: bool,
     #[command(flatten)]
     effort: Effort,
+    /// Show no progress
+    #[arg(long)]
+    quiet: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -108,6 +118,7 @@ pub(crate) struct Lookup {
     pub(crate) bias: Option<f32>,
     pub(crate) stats: bool,
     pub(crate) effort: Effort,
+    pub(crate) quiet: bool,
 }
 
 impl TryFrom<LookupFlags> for Lookup {
@@ -116,7 +127,7 @@ impl TryFrom<LookupFlags> for Lookup {
     fn try_from(flags: LookupFlags) -> Result<Self, String> {
         let LookupFlags { map, points, space, filter, width, level, bias, stats, effort, .. } =
             flags;
-        let LookupFlags { method, rays, light_size, layers, seed, .. } = flags;
+        let LookupFlags { method, rays, light_size, layers, seed, quiet, .. } = flags;
         let layers = layers.rule();
         let footprint = filtering::footprint(filter, width)?;
         if method == Some(MethodName::Filter) && (rays.is_some() || light_size.is_some()) {
@@ -142,6 +153,7 @@ impl TryFrom<LookupFlags> for Lookup {
             bias,
             stats,
             effort,
+            quiet,
         })
     }
 }

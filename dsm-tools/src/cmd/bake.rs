@@ -1,6 +1,5 @@
 //! `bake`: the shadow map of a scene's light.
 
-use std::io::{self, Write};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
@@ -10,11 +9,13 @@ use dsm_core::{BakeProgress, BakeSettings, Baker, LightExtent, Rgb, Transmittanc
 use dsm_io::{Attribute, BakeOptions, BakeReport, Metadata, bake};
 use dsm_scene::{Scene, SceneRasterizer, open_scene};
 use indicatif::ProgressBar;
+use serde::Serialize;
 
 use super::bake_layers::LayersJob;
 use crate::args::Bake;
 use crate::interrupt::Interrupt;
-use crate::output::{printable, progress};
+use crate::output::progress;
+use crate::output::written::{Written, channels_name};
 use crate::parallel::with_threads;
 
 pub(crate) fn run(request: &Bake) -> Result<()> {
@@ -34,30 +35,47 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
         None => job.run(&request.output).map(|report| (report, 0)),
         Some(layers) => LayersJob { job: &job, layers }.run(&request.output),
     })?;
-    if request.quiet {
-        return Ok(());
-    }
+    let details = Details {
+        tolerance: request.settings.tolerance().epsilon(),
+        samples: job.samples() * request.layers.map_or(1, |layers| layers.samples().into()),
+        hits: report.hits,
+        cut_pixels,
+        scene_s: opened.as_secs_f64(),
+        bake_s: (started.elapsed() - opened).as_secs_f64(),
+    };
+    let Details { tolerance, samples, hits, scene_s, bake_s, .. } = details;
     let [left, top, right, bottom] = request.settings.window();
-    let lines = format!(
-        "{}: {} × {} pixels, {}, tolerance {}, {} bytes\n  \
-         {} samples met {} surfaces and stretches of media\n  \
-         scene {:.2} s, bake {:.2} s\n",
-        printable(&request.output.to_string_lossy()),
-        right - left,
-        bottom - top,
-        if job.is_coloured() { "RGB" } else { "mono" },
-        request.settings.tolerance().epsilon(),
-        report.bytes,
-        job.samples() * request.layers.map_or(1, |layers| layers.samples().into()),
-        report.hits,
-        opened.as_secs_f64(),
-        (started.elapsed() - opened).as_secs_f64(),
-    );
-    io::stdout().write_all(lines.as_bytes())?;
-    if cut_pixels > 0 {
-        writeln!(io::stdout(), "  {cut_pixels} pixels have more layers than --layers keeps")?;
+    let channels = if job.is_coloured() { 3 } else { 1 };
+    let cut = format!("{cut_pixels} pixels have more layers than --layers keeps");
+    Written {
+        output: &request.output,
+        width: right - left,
+        height: bottom - top,
+        channels,
+        bytes: report.bytes,
+        details,
+        notes: if cut_pixels > 0 { vec![cut] } else { Vec::new() },
+        summary: format!("{}, tolerance {tolerance}", channels_name(channels)),
+        lines: vec![
+            format!("{samples} samples met {hits} surfaces and stretches of media"),
+            format!("scene {scene_s:.2} s, bake {bake_s:.2} s"),
+        ],
     }
-    Ok(())
+    .print(request.json, request.quiet)
+}
+
+/// What `--json` tells besides the file.
+#[derive(Clone, Copy, Serialize)]
+struct Details {
+    tolerance: f32,
+    samples: u64,
+    /// Surfaces and stretches of media that the samples met.
+    hits: u64,
+    /// Pixels of a layered map with more layers than were kept.
+    cut_pixels: u64,
+    /// Seconds to open the scene.
+    scene_s: f64,
+    bake_s: f64,
 }
 
 /// A scene and how its map is to be baked.

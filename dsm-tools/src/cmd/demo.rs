@@ -8,7 +8,9 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use dsm_core::{BakeSettings, DeepMap, Filter, FilterShape, Footprint};
-use dsm_io::{BakeOptions, CachedShadow, Limits, MapReader, PyramidOptions, TileCache, mip};
+use dsm_io::{
+    BakeOptions, CachedShadow, Limits, MapReader, PyramidOptions, TileCache, check_output, mip,
+};
 use dsm_scene::{Image, RenderSettings, Renderer, Scene, TracedScene, builtin_scene};
 
 use super::bake::BakeJob;
@@ -41,6 +43,9 @@ impl Demonstration<'_> {
         fs::create_dir_all(folder)
             .with_context(|| format!("cannot make the folder {}", folder.display()))?;
         let path = |name: &str| folder.join(name);
+        for name in ["hairball.dsm", "pixel.png", "shadow.png", "render.png"] {
+            check_output(&path(name))?;
+        }
         let quiet = self.request.quiet;
 
         let scene = builtin_scene("hairball")?;

@@ -1,7 +1,7 @@
 //! `lookup`: the light that reaches points.
 
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, IsTerminal, Read, Write};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -13,6 +13,7 @@ use dsm_core::{
 use dsm_io::{AnyCachedMap, CachedMap, CursorPool, Limits, TileCache};
 use dsm_trace::{LightFrame, TraceStatistics};
 use glam::DVec3;
+use indicatif::ProgressBar;
 use mtsm::LayeredReader;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -20,7 +21,7 @@ use serde::Serialize;
 use crate::args::{Lookup, MethodName, Space};
 use crate::filtering;
 use crate::layered::{self, AreaMethod, AreaShadow, AreaVisitor};
-use crate::output::light;
+use crate::output::{light, progress};
 use crate::parallel::with_threads;
 use crate::points::PointReader;
 
@@ -208,7 +209,7 @@ fn answer_all<T: Transmittance>(
     lights: impl Fn(u64, &[[f64; 3]]) -> Result<Vec<T>> + Sync,
 ) -> Result<(u64, Duration)> {
     let path = request.points.as_path();
-    let mut points = open(path)?;
+    let (mut points, bar) = open(path, request.quiet)?;
     let mut output = BufWriter::new(io::stdout().lock());
     output.write_all(light::header::<T>())?;
     let (mut count, mut time) = (0_u64, Duration::ZERO);
@@ -237,13 +238,20 @@ fn answer_all<T: Transmittance>(
         }
         count += chunk.len() as u64;
     }
+    bar.finish_and_clear();
     output.flush()?;
     Ok((count, time))
 }
 
-fn open(path: &Path) -> Result<PointReader<File>> {
+/// Opens the points. The bar shows how many of their bytes are read, unless the
+/// answers fill the terminal.
+fn open(path: &Path, quiet: bool) -> Result<(PointReader<impl Read>, ProgressBar)> {
     let file = File::open(path).with_context(|| format!("cannot open {}", path.display()))?;
-    PointReader::new(file).with_context(|| format!("{}", path.display()))
+    let bytes = file.metadata().map_or(0, |metadata| metadata.len());
+    let quiet = quiet || io::stdout().is_terminal();
+    let bar = progress::bar(bytes, "looking up".to_owned(), quiet);
+    let points = PointReader::new(bar.wrap_read(file));
+    Ok((points.with_context(|| format!("{}", path.display()))?, bar))
 }
 
 /// How points of the world are asked.
