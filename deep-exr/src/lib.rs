@@ -86,8 +86,3 @@ pub mod detail {
     pub use crate::grid::{Block, ChunkGrid};
     pub use crate::write::encoder::{ChunkEncoder, EncodedChunk};
 }
-
-/// The example of README.md compiles.
-#[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-pub struct Readme;

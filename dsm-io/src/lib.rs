@@ -58,6 +58,7 @@ pub use convert::tiles::{ConvertOptions, convert};
 pub use error::{Error, Place, Result};
 pub use format::container::Container;
 pub use format::level::Level;
+pub use format::version::FORMAT_VERSION;
 pub use kind::{Kinds, MapKind, MapSummary, PixelContents};
 pub use limits::Limits;
 pub use merge::{MergeReport, merge};
@@ -80,7 +81,7 @@ pub mod detail {
     pub use crate::cache::tile::CachedTile;
     pub use crate::codec::tile_columns::{ColumnReader, TileColumn};
     pub use crate::crop::Crop;
-    pub use crate::format::atomic_file::replace_file;
+    pub use crate::format::atomic_file::{check_output, replace_file};
     pub use crate::format::directory::{TileDirectory, TileEntry};
     pub use crate::format::encoded_tile::EncodedTile;
     pub use crate::format::write::ContainerWriter;

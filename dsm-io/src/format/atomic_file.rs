@@ -121,6 +121,25 @@ pub fn replace_file(path: &Path, bytes: &[u8]) -> Result<()> {
     written.map_err(|error| error.in_file(Some(path)))
 }
 
+/// Checks that a file can be written at `path`, before the work that it is to
+/// hold begins. Nothing is left there.
+///
+/// # Errors
+///
+/// [`Error::File`] if its folder does not exist or takes no files, or if there
+/// is something that is no regular file.
+///
+/// ```
+/// # let folder = tempfile::tempdir()?;
+/// # let folder = folder.path();
+/// assert!(dsm_io::detail::check_output(&folder.join("map.dsm")).is_ok());
+/// assert!(dsm_io::detail::check_output(&folder.join("missing/map.dsm")).is_err());
+/// # Ok::<(), std::io::Error>(())
+/// ```
+pub fn check_output(path: &Path) -> Result<()> {
+    AtomicFile::create(path).map(drop)
+}
+
 /// How many symbolic links may lead to each other; as many as Linux follows.
 const MAX_LINKS: usize = 40;
 

@@ -12,7 +12,7 @@ mod extent;
 pub(crate) mod level;
 mod prologue;
 pub(crate) mod section;
-mod version;
+pub(crate) mod version;
 pub(crate) mod write;
 
 /// The `N` bytes of a record that begin at `at`; the caller knows they fit.

@@ -12,6 +12,9 @@ pub(super) const MAJOR: u16 = 1;
 /// Files of a newer minor version are read: what they add can be ignored.
 pub(super) const MINOR: u16 = 0;
 
+/// The version of the format, major and minor, of the files that are written.
+pub const FORMAT_VERSION: [u16; 2] = [MAJOR, MINOR];
+
 /// What else a file may be: its first bytes and its name.
 const OTHERS: [(&[u8], &str); 9] = [
     (b"\x89DSM\n\x1A\n", "its line ends were changed, as by a transfer in text mode"),

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
+use deepshadow::files::detail::check_output;
 use deepshadow::files::{Limits, MapReader, PyramidOptions, mip};
 use deepshadow::scene::{Image, RenderSettings, Renderer, Scene, TracedScene, builtin_scene};
 use deepshadow::visibility::DeepMap;
@@ -42,6 +43,9 @@ impl Demonstration<'_> {
         fs::create_dir_all(folder)
             .with_context(|| format!("cannot make the folder {}", folder.display()))?;
         let path = |name: &str| folder.join(name);
+        for name in ["hairball.dsm", "pixel.png", "shadow.png", "render.png"] {
+            check_output(&path(name))?;
+        }
         let quiet = self.request.quiet;
 
         let scene = builtin_scene("hairball")?;
