@@ -117,7 +117,7 @@ impl DepthMap {
 
     /// Asks `source` for the nearest depth of every sample, in parallel on the
     /// current rayon pool. The answer depends on the source and the settings
-    /// alone. O(h) for h hits; 4 bytes a sample, and the hits of one block of
+    /// alone. O(h), or O(h log h) where matter lets light through, for h hits; 4 bytes a sample, and the hits of one block of
     /// up to 2¹⁶ samples a thread.
     ///
     /// # Errors
