@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 /// #[error("cannot open")]
 /// struct Open(#[source] io::Error);
 ///
-/// let error = dsm_core::InFile::new("hair.dsm".as_ref(), Open(io::ErrorKind::NotFound.into()));
+/// let error = dsm_core::detail::InFile::new("hair.dsm".as_ref(), Open(io::ErrorKind::NotFound.into()));
 /// assert_eq!(error.to_string(), "hair.dsm: cannot open");
 /// assert!(error.source().is_some_and(|cause| cause.is::<io::Error>()));
 /// ```

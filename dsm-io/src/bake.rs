@@ -4,10 +4,10 @@ use std::ops::{ControlFlow, Range};
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use dsm_core::{
-    BakeProgress, BakeSettings, BakedTile, Baker, ExactPixel, GreedyCompressor, HitSource,
-    MipPyramid, SumVertex, Tolerance, Transmittance, Vertex, VisibilityDifference,
+use dsm_core::detail::{
+    BakedTile, ExactPixel, GreedyCompressor, MipPyramid, SumVertex, VisibilityDifference,
 };
+use dsm_core::{BakeSettings, Baker, HitSource, Progress, Tolerance, Transmittance, Vertex};
 
 use crate::achieved_error::AchievedError;
 use crate::codec::{Block, Codec};
@@ -59,12 +59,15 @@ impl BakeOptions {
     }
 }
 
-/// What a bake made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What a bake of a map of any kind made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BakeReport {
     /// Hits of all samples, of those on the borders of tiles that a wide
     /// filter asks for again too.
     pub hits: u64,
+    /// Pixels of which layers were left out, because they had too many: of kinds
+    /// that bound them.
+    pub cut_pixels: u64,
     /// Length of the file in bytes.
     pub bytes: u64,
 }
@@ -100,7 +103,7 @@ pub fn bake<T: Transmittance, S: HitSource<T>>(
     output: &Path,
     options: &BakeOptions,
     describe: impl FnOnce(&mut Metadata),
-    watch: impl Fn(BakeProgress) -> ControlFlow<()> + Sync,
+    watch: impl Fn(Progress) -> ControlFlow<()> + Sync,
 ) -> Result<BakeReport>
 where
     S::Error: std::error::Error + Send + Sync + 'static,
@@ -142,11 +145,11 @@ where
                 begun: 0.into(),
                 hits: 0.into(),
             };
-            build_pyramid(&source, &mut writer, pyramid, |_, _| ())?;
+            build_pyramid(&source, &mut writer, pyramid, Progress::ignore)?;
             source.hits.into_inner()
         }
     };
-    Ok(BakeReport { hits, bytes: writer.finish()? })
+    Ok(BakeReport { hits, cut_pixels: 0, bytes: writer.finish()? })
 }
 
 /// Bakes level 0 tile by tile; the number of hits.
@@ -154,7 +157,7 @@ fn write_tiles<T: Transmittance, S: HitSource<T>>(
     baker: &Baker<T, S>,
     writer: &mut MapWriter,
     options: &BakeOptions,
-    watch: impl Fn(BakeProgress) -> ControlFlow<()> + Sync,
+    watch: impl Fn(Progress) -> ControlFlow<()> + Sync,
 ) -> Result<u64>
 where
     S::Error: std::error::Error + Send + Sync + 'static,
@@ -278,7 +281,7 @@ where
     T: Transmittance,
     S: HitSource<T>,
     S::Error: std::error::Error + Send + Sync + 'static,
-    W: Fn(BakeProgress) -> ControlFlow<()> + Sync,
+    W: Fn(Progress) -> ControlFlow<()> + Sync,
 {
     type Functions<'a>
         = ExactTile<T>
@@ -287,7 +290,7 @@ where
 
     fn tile(&self, id: TileId) -> Result<SourceTile<ExactTile<T>>> {
         let done = self.begun.fetch_add(1, Ordering::Relaxed);
-        if (self.watch)(BakeProgress { done, tiles: self.tiles }).is_break() {
+        if (self.watch)(Progress::new(done, self.tiles)).is_break() {
             return Err(Error::Interrupted);
         }
         let settings = self.baker.settings();

@@ -1,6 +1,7 @@
 //! Puts pixels together that come from elsewhere, column by column.
 
-use dsm_core::{PixelLists, Transmittance, VisibilityView};
+use dsm_core::detail::VisibilityView;
+use dsm_core::{PixelLists, Transmittance};
 
 use crate::error::{Error, Result, check_limit};
 

@@ -1,6 +1,6 @@
 //! Parts of a map in files of their own.
 
-use dsm_core::PixelWindow;
+use dsm_core::detail::PixelWindow;
 
 use crate::error::{Error, Result};
 use crate::format::level::Level;
@@ -11,7 +11,7 @@ use crate::metadata::Metadata;
 /// whole map's edge.
 ///
 /// The header of a crop is the whole map's;
-/// [`MapWriter::create_crop`](crate::MapWriter::create_crop) writes one,
+/// [`MapWriter::create_crop`](crate::writer::MapWriter::create_crop) writes one,
 /// [`merge`](crate::merge()) puts crops together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Crop {

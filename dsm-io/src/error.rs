@@ -1,12 +1,11 @@
 //! What can be wrong with a file, and where in it.
 
 use std::borrow::Cow;
-use std::fmt;
-use std::io;
 use std::path::Path;
 use std::sync::Arc;
+use std::{fmt, io};
 
-use dsm_core::InFile;
+use dsm_core::detail::InFile;
 
 use crate::section_kind::SectionKind;
 use crate::tile_id::TileId;

@@ -20,10 +20,12 @@ mod convert;
 mod crop;
 mod error;
 mod format;
+mod kind;
 mod limits;
 mod measured_pixels;
 mod merge;
 mod metadata;
+mod progress;
 mod pyramid;
 mod reader;
 mod region;
@@ -39,17 +41,13 @@ mod writer;
 /// of [`MapSource`] are.
 pub use deep_exr;
 
-pub use achieved_error::AchievedError;
-pub use any::{AnyCachedMap, AnyDeepMap};
+pub use any::AnyDeepMap;
 pub use attribute::Attribute;
 pub use bake::{BakeOptions, BakeReport, bake};
 pub use cache::TileCache;
-pub use cache::cursor::LookupCursor;
 pub use cache::map::CachedMap;
-pub use cache::shadow::{CachedShadow, CursorPool};
+pub use cache::shadow::CachedShadow;
 pub use cache::statistics::CacheStatistics;
-pub use cache::tile::CachedTile;
-pub use codec::tile_columns::{ColumnReader, TileColumn};
 pub use codec::{Block, Codec};
 pub use convert::compare::{MapDifference, check_bound, compare, compare_levels};
 pub use convert::export::{ExportReport, export_deep_exr};
@@ -57,28 +55,46 @@ pub use convert::export_options::ExportOptions;
 pub use convert::report::ImportReport;
 pub use convert::source::MapSource;
 pub use convert::tiles::{ConvertOptions, convert};
-pub use crop::Crop;
 pub use error::{Error, Place, Result};
-pub use format::atomic_file::replace_file;
 pub use format::container::Container;
-pub use format::directory::{TileDirectory, TileEntry};
-pub use format::encoded_tile::EncodedTile;
 pub use format::level::Level;
-pub use format::write::ContainerWriter;
+pub use kind::{Kinds, MapKind, MapSummary, PixelContents};
 pub use limits::Limits;
 pub use merge::{MergeReport, merge};
 pub use metadata::Metadata;
-pub use pyramid::build::build_pyramid;
 pub use pyramid::plan::PyramidOptions;
-pub use pyramid::source::{PixelFunctions, PyramidSource, SourceTile};
 pub use pyramid::stored::mip;
 pub use reader::MapReader;
-pub use row_order::{PixelBlock, RowOrder};
-pub use section_kind::SectionKind;
 pub use source::Source;
-pub use source::mapped::MappedFile;
-pub use source::memory::Memory;
-pub use tile::Tile;
-pub use tile_id::{TileId, TileRect};
-pub use worst_pixel::WorstPixel;
+pub use tile_id::TileRect;
 pub use writer::{MapWriter, WriteOptions, write_map};
+
+/// Parts that the other crates of this family stand on. They may change with any
+/// version.
+#[doc(hidden)]
+pub mod detail {
+    pub use crate::achieved_error::AchievedError;
+    pub use crate::any::AnyCachedMap;
+    pub use crate::cache::cursor::LookupCursor;
+    pub use crate::cache::shadow::CursorPool;
+    pub use crate::cache::tile::CachedTile;
+    pub use crate::codec::tile_columns::{ColumnReader, TileColumn};
+    pub use crate::crop::Crop;
+    pub use crate::format::atomic_file::replace_file;
+    pub use crate::format::directory::{TileDirectory, TileEntry};
+    pub use crate::format::encoded_tile::EncodedTile;
+    pub use crate::format::write::ContainerWriter;
+    pub use crate::kind::{
+        Deep, DeepKeys, ErasedMap, FieldKind, KindReader, KindWriter, MapTile, PixelValue,
+        StoredTile, SummaryValue,
+    };
+    pub use crate::pyramid::build::build_pyramid;
+    pub use crate::pyramid::source::{PixelFunctions, PyramidSource, SourceTile};
+    pub use crate::row_order::RowOrder;
+    pub use crate::section_kind::SectionKind;
+    pub use crate::source::mapped::MappedFile;
+    pub use crate::source::memory::Memory;
+    pub use crate::tile::Tile;
+    pub use crate::tile_id::TileId;
+    pub use crate::worst_pixel::WorstPixel;
+}

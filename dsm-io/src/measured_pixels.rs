@@ -1,9 +1,7 @@
 //! Compression that measures its own error.
 
-use dsm_core::{
-    GreedyCompressor, PixelLists, PixelListsBuilder, SumVertex, Tolerance, Transmittance,
-    VisibilityDifference, VisibilityView,
-};
+use dsm_core::detail::{GreedyCompressor, SumVertex, VisibilityDifference, VisibilityView};
+use dsm_core::{PixelLists, PixelListsBuilder, Tolerance, Transmittance};
 
 use crate::achieved_error::AchievedError;
 use crate::error::Result;

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::attribute::Attribute;
 use crate::error::{Error, Result};
+use crate::kind::{Deep, DeepKeys, MapKind};
 
 /// What a map says of itself.
 ///
@@ -36,13 +37,13 @@ pub struct Metadata {
     pub attributes: BTreeMap<String, Attribute>,
 }
 
-/// The kind of map whose tiles are [`PixelLists`](dsm_core::PixelLists).
-pub(crate) const DEEP: &str = "deep";
-
 /// The object as it is written.
 #[derive(Serialize)]
 struct Written<'a, E> {
     kind: &'a str,
+    /// None: 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    kind_version: Option<u32>,
     width: u32,
     height: u32,
     channels: u8,
@@ -51,12 +52,8 @@ struct Written<'a, E> {
     software: &'a str,
     attributes: &'a BTreeMap<String, Attribute>,
     #[serde(flatten)]
-    others: E,
+    keys: &'a E,
 }
-
-/// What a deep map says besides: nothing.
-#[derive(Serialize)]
-struct Nothing {}
 
 /// The object without the map's info. That is read in a pass of its own:
 /// `flatten` would take its floats through `f64`, which rounds them twice.
@@ -85,27 +82,28 @@ impl Metadata {
     ///
     /// [`Error::Metadata`] if the metadata breaks a rule of the format.
     pub fn to_json(&self) -> Result<Vec<u8>> {
-        self.to_json_of(DEEP, Nothing {})
+        self.to_json_of::<Deep>(&DeepKeys {})
     }
 
-    /// The JSON object of a map of another kind, with the keys of `others`,
-    /// a structure or a map, behind those that every kind has.
+    /// The JSON object of a map of another kind, with the kind's own keys behind
+    /// those that every kind has.
     ///
     /// # Errors
     ///
     /// As [`Self::to_json`].
-    pub fn to_json_of(&self, kind: &str, others: impl Serialize) -> Result<Vec<u8>> {
+    pub fn to_json_of<K: MapKind>(&self, keys: &K::Keys) -> Result<Vec<u8>> {
         self.check()?;
         let Self { width, height, channels, info, software, attributes } = self;
         let written = Written {
-            kind,
+            kind: K::NAME,
+            kind_version: (K::VERSION > 1).then_some(K::VERSION),
             width: *width,
             height: *height,
             channels: *channels,
             info,
             software,
             attributes,
-            others,
+            keys,
         };
         serde_json::to_vec(&written).map_err(json_error)
     }
@@ -118,16 +116,31 @@ impl Metadata {
     /// [`Error::Kind`] for another kind of map; [`Error::Metadata`] if a key
     /// is missing, has the wrong type or breaks a rule.
     pub fn from_json(json: &[u8]) -> Result<Self> {
-        // Only a deep map must have the other keys.
+        Self::check_kind::<Deep>(json)?;
+        Self::from_json_of_any_kind(json)
+    }
+
+    /// Refuses the JSON object of another kind of map, or of a version of `K`
+    /// that is not known.
+    pub(crate) fn check_kind<K: MapKind>(json: &[u8]) -> Result<()> {
+        // Only a map of this kind must have the other keys.
         #[derive(Deserialize)]
         struct Kind {
             kind: String,
+            kind_version: Option<u32>,
         }
-        let Kind { kind } = serde_json::from_slice(json).map_err(json_error)?;
-        if kind != DEEP {
-            return Err(Error::Kind { found: kind, wanted: "a deep shadow map" });
+        let Kind { kind, kind_version } = serde_json::from_slice(json).map_err(json_error)?;
+        if kind != K::NAME {
+            return Err(Error::Kind { found: kind, wanted: K::TITLE });
         }
-        Self::from_json_of_any_kind(json)
+        match kind_version.unwrap_or(1) {
+            0 => Err(Error::Metadata("the version of a kind is at least 1".to_owned())),
+            version if version > K::VERSION => Err(Error::Metadata(format!(
+                "version {version} of kind \"{kind}\"; this program reads up to {}",
+                K::VERSION
+            ))),
+            _ => Ok(()),
+        }
     }
 
     /// Reads the JSON object of a map of any kind; the keys that only that kind

@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use dsm_core::{SumVertex, Transmittance, Vertex, VisibilityView};
+use dsm_core::detail::{SumVertex, VisibilityView};
+use dsm_core::{Transmittance, Vertex};
 use rayon::prelude::*;
 
 use crate::blocks::tiles_of;

@@ -1,12 +1,6 @@
 //! Tiles that come row by row, into pixels that do.
 
-use dsm_core::Result;
-
-/// A rectangle of pixels.
-pub trait PixelBlock {
-    /// Width and height.
-    fn size(&self) -> [u32; 2];
-}
+use crate::kind::MapTile;
 
 /// Collects the tiles of a map, a row of them at a time, and hands their pixels
 /// on in the order of the map.
@@ -16,7 +10,7 @@ pub struct RowOrder<P> {
     row: Vec<P>,
 }
 
-impl<P: PixelBlock> RowOrder<P> {
+impl<P: MapTile> RowOrder<P> {
     /// Rows of so many tiles.
     pub const fn new(columns: usize) -> Self {
         Self { columns, row: Vec::new() }
@@ -24,7 +18,15 @@ impl<P: PixelBlock> RowOrder<P> {
 
     /// Takes the next tile; `take` gets a tile and the row-major index of one of
     /// its pixels, when a row of tiles is complete.
-    pub fn push(&mut self, tile: P, mut take: impl FnMut(&P, usize) -> Result<()>) -> Result<()> {
+    ///
+    /// # Errors
+    ///
+    /// The first of `take`.
+    pub fn push<E>(
+        &mut self,
+        tile: P,
+        mut take: impl FnMut(&P, usize) -> Result<(), E>,
+    ) -> Result<(), E> {
         self.row.push(tile);
         if self.row.len() < self.columns {
             return Ok(());

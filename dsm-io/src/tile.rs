@@ -1,6 +1,7 @@
 //! A tile's pixels, in place or decoded.
 
-use dsm_core::{PixelLists, PixelListsView};
+use dsm_core::PixelLists;
+use dsm_core::detail::PixelListsView;
 
 /// The pixels of a tile, whose every function was checked.
 #[derive(Clone, Debug)]
@@ -12,6 +13,16 @@ pub enum Tile<'a, T> {
 }
 
 impl<T: dsm_core::Transmittance> Tile<'_, T> {
+    /// The tile's pixels in memory of their own: a copy of those that lie in the
+    /// file.
+    #[must_use]
+    pub fn into_lists(self) -> PixelLists<T> {
+        match self {
+            Self::Borrowed(pixels) => pixels.to_lists(),
+            Self::Owned(pixels) => pixels,
+        }
+    }
+
     /// The tile's pixels.
     #[must_use]
     pub fn view(&self) -> PixelListsView<'_, T> {

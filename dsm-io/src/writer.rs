@@ -2,17 +2,17 @@
 
 use std::path::Path;
 
-use dsm_core::{DeepMap, PixelListsView, Transmittance};
+use dsm_core::detail::PixelListsView;
+use dsm_core::{DeepMap, Transmittance};
 
 use crate::achieved_error::AchievedError;
 use crate::codec::{Block, Codec};
 use crate::columns::Columns;
 use crate::crop::Crop;
-use crate::error::{Error, Result, check_limit};
+use crate::error::{Error, Result};
 use crate::format::encoded_tile::EncodedTile;
 use crate::format::level::Level;
-use crate::format::write::ContainerWriter;
-use crate::limits::Limits;
+use crate::kind::{Deep, DeepKeys, KindWriter};
 use crate::metadata::Metadata;
 use crate::tile_id::TileId;
 
@@ -41,6 +41,12 @@ impl WriteOptions {
         Self { tile_size, ..self }
     }
 
+    /// The same with columns encoded as `codec`.
+    #[must_use]
+    pub const fn with_codec(self, codec: Codec) -> Self {
+        Self { codec, ..self }
+    }
+
     /// The same with tiles packed as `block`.
     #[must_use]
     pub const fn with_block(self, block: Block) -> Self {
@@ -64,7 +70,8 @@ impl WriteOptions {
 ///
 /// ```
 /// use dsm_core::{MapInfo, PixelListsBuilder, Vertex};
-/// use dsm_io::{AchievedError, Limits, MapReader, MapWriter, Metadata, TileId, WriteOptions};
+/// use dsm_io::{Limits, MapReader, MapWriter, Metadata, WriteOptions};
+/// use dsm_io::detail::{AchievedError, TileId};
 ///
 /// let mut pixels = PixelListsBuilder::<f32>::new(2, 1);
 /// pixels.push(Vertex::new(2.0, 1.0));
@@ -86,10 +93,7 @@ impl WriteOptions {
 /// ```
 #[derive(Debug)]
 pub struct MapWriter {
-    container: ContainerWriter,
-    metadata: Metadata,
-    json: Vec<u8>,
-    options: WriteOptions,
+    file: KindWriter<Deep>,
     is_crop: bool,
 }
 
@@ -120,7 +124,8 @@ impl MapWriter {
     ///
     /// ```
     /// use dsm_core::MapInfo;
-    /// use dsm_io::{Crop, Limits, MapReader, MapWriter, Metadata, WriteOptions};
+    /// use dsm_io::{Limits, MapReader, MapWriter, Metadata, WriteOptions};
+    /// use dsm_io::detail::Crop;
     ///
     /// # let folder = tempfile::tempdir()?;
     /// # let path = folder.path().join("right.dsm");
@@ -156,17 +161,13 @@ impl MapWriter {
     }
 
     fn start(path: &Path, metadata: Metadata, level: Level, options: WriteOptions) -> Result<Self> {
-        let json = metadata.to_json()?;
-        let limit = Limits::default().max_header_bytes;
-        check_limit("bytes of metadata", json.len() as u64, limit)?;
         if let Some(rule) = level.broken_rule() {
             return Err(Error::setting(rule));
         }
         let whole = [metadata.width, metadata.height];
         let is_crop = Crop::of_level(&level, whole).map_err(Error::setting)?.is_some();
-        let mut container = ContainerWriter::create(path)?;
-        container.add_level(level)?;
-        Ok(Self { container, metadata, json, options, is_crop })
+        let file = KindWriter::start(path, metadata, &DeepKeys {}, level, options)?;
+        Ok(Self { file, is_crop })
     }
 
     /// Adds a level, such as the next of a pyramid, and returns its index.
@@ -179,24 +180,25 @@ impl MapWriter {
         if self.is_crop {
             return Err(Error::setting("a part of a map has one level"));
         }
-        self.container.add_level(level)
+        self.file.add_level(level)
     }
 
     /// The metadata, of a crop the whole map's.
     #[must_use]
     pub const fn metadata(&self) -> &Metadata {
-        &self.metadata
+        self.file.metadata()
     }
 
     /// The levels added so far.
     #[must_use]
     pub fn levels(&self) -> &[Level] {
-        self.container.levels()
+        self.file.levels()
     }
 
     /// How the map's tiles are encoded and packed.
     pub(crate) const fn encoding(&self) -> (Codec, Block) {
-        (self.options.codec, self.options.block)
+        let options = self.file.options();
+        (options.codec, options.block)
     }
 
     /// Encodes and writes a tile; see [`Self::write_encoded`].
@@ -212,28 +214,9 @@ impl MapWriter {
         pixels: PixelListsView<'_, T>,
         error: AchievedError,
     ) -> Result<()> {
-        let (channels, asked) = (self.metadata.channels, T::CHANNELS as u8);
-        if channels != asked {
-            return Err(Error::Channels { channels, asked });
-        }
-        let level = self.levels().get(id.level as usize);
-        let rect = level.and_then(|level| level.tile_rect(id.x, id.y));
-        let rect = rect.ok_or(Error::NoSuchTile(id))?;
-        if [pixels.width(), pixels.height()] != [rect.width, rect.height] {
-            return Err(Error::Tile {
-                id,
-                rule: format!(
-                    "it has {} × {} pixels, not {} × {}",
-                    rect.width,
-                    rect.height,
-                    pixels.width(),
-                    pixels.height()
-                )
-                .into(),
-            });
-        }
-        let tile = EncodedTile::encode(pixels, self.options.codec, self.options.block)?;
-        self.write_encoded(id, &tile, error)
+        self.file.check_tile::<T>(id, [pixels.width(), pixels.height()])?;
+        let (codec, block) = self.encoding();
+        self.write_encoded(id, &EncodedTile::encode(pixels, codec, block)?, error)
     }
 
     /// Writes a tile that was encoded before, by any thread. Tiles come in
@@ -254,7 +237,7 @@ impl MapWriter {
         tile: &EncodedTile,
         error: AchievedError,
     ) -> Result<()> {
-        self.container.write_tile(id, tile, error)
+        self.file.write_encoded(id, tile, error)
     }
 
     /// Writes what is missing and puts the file in its place, safe on the
@@ -265,7 +248,7 @@ impl MapWriter {
     /// [`Error::File`] if the file cannot be written or moved into place;
     /// what had its name stays then.
     pub fn finish(self) -> Result<u64> {
-        self.container.finish(&self.json)
+        self.file.finish()
     }
 }
 

@@ -3,6 +3,7 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests stop where a value is refused")]
 
+use std::borrow::Cow;
 use std::cell::Cell;
 use std::fmt::Debug;
 use std::ops::Range;
@@ -10,14 +11,15 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use dsm_core::detail::{BlockVisitor, InFile};
 use dsm_core::{
-    BlockVisitor, DeepMap, Filter, FilterShape, Footprint, InFile, LevelChoice, MapInfo,
-    PixelListsBuilder, Pyramid, Receiver, Rgb, Transmittance, Vertex, VisibilityField,
-    filtered_lookup,
+    DeepMap, Filter, FilterShape, Footprint, LevelChoice, MapInfo, PixelListsBuilder, Pyramid,
+    Receiver, Rgb, Transmittance, Vertex, VisibilityField, filtered_lookup,
 };
+use dsm_io::detail::{AchievedError, LookupCursor, Memory, TileId};
 use dsm_io::{
-    AchievedError, Block, Container, Error, Level, Limits, LookupCursor, MapReader, MapWriter,
-    Memory, Metadata, Source, TileCache, TileId, WriteOptions, write_map,
+    Block, Container, Error, Level, Limits, MapReader, MapWriter, Metadata, Source, TileCache,
+    WriteOptions, write_map,
 };
 
 const SIZE: [u32; 2] = [150, 100];
@@ -166,7 +168,7 @@ fn agrees_under_threads<T: Transmittance>(block: Block, lookups: u32) {
         .map(|id| reader.directory(0).unwrap().get(id.x, id.y).unwrap().raw_length)
         .max();
     let cache = TileCache::new(2 * largest.unwrap());
-    let cached = cache.insert::<T>(reader).unwrap();
+    let cached = cache.insert::<T, _>(reader).unwrap();
     let pixels: u64 = std::thread::scope(|scope| {
         let threads: Vec<_> = (0..THREADS)
             .map(|thread| {
@@ -201,7 +203,7 @@ fn a_tile_that_stays_is_loaded_once() {
     let count = tiles_with_pixels(&reader);
     assert_eq!(count, u64::from(SIZE[0].div_ceil(TILE) * SIZE[1].div_ceil(TILE)) - 6);
     let cache = TileCache::new(u64::MAX);
-    let cached = cache.insert::<f32>(reader).unwrap();
+    let cached = cache.insert::<f32, _>(reader).unwrap();
     std::thread::scope(|scope| {
         for _ in 0..THREADS {
             scope.spawn(|| {
@@ -224,7 +226,7 @@ fn a_tile_that_stays_is_loaded_once() {
 fn empty_tiles_are_not_loaded() {
     let (_, reader) = written::<f32>(3, Block::Plain);
     let cache = TileCache::new(1 << 20);
-    let cached = cache.insert::<f32>(reader).unwrap();
+    let cached = cache.insert::<f32, _>(reader).unwrap();
     assert!(cached.tile(TileId::new(0, 2, 1)).unwrap().is_none());
     assert_eq!(cached.cursor().evaluate([5, 5], 3.0).unwrap(), 1.0);
     let statistics = cache.statistics();
@@ -235,7 +237,7 @@ fn empty_tiles_are_not_loaded() {
 fn tiles_over_the_budget_are_shared_by_cursors() {
     let (map, reader) = written::<f32>(4, Block::Plain);
     let cache = TileCache::new(0);
-    let cached = cache.insert::<f32>(reader).unwrap();
+    let cached = cache.insert::<f32, _>(reader).unwrap();
     let (pixel, [first, second]) = ([80, 50], [cached.cursor(), cached.cursor()]);
     let Ok(expected) = map.evaluate(pixel, 2.0);
     for cursor in [&first, &first, &second] {
@@ -295,9 +297,13 @@ struct Repairable {
 }
 
 impl Source for Repairable {
-    fn bytes(&self) -> &[u8] {
+    fn length(&self) -> u64 {
+        self.whole.length()
+    }
+
+    fn read(&self, range: Range<u64>) -> dsm_io::Result<Cow<'_, [u8]>> {
         let repaired = self.is_repaired.load(Ordering::SeqCst);
-        if repaired { self.whole.bytes() } else { self.damaged.bytes() }
+        if repaired { self.whole.read(range) } else { self.damaged.read(range) }
     }
 }
 
@@ -321,7 +327,7 @@ fn a_damaged_tile_is_an_error_until_it_can_be_read() {
     let limits = Limits::default();
     let container = Container::from_source(source, &limits).unwrap();
     let cache = TileCache::new(1 << 20);
-    let cached = cache.insert::<f32>(MapReader::new(container, &limits).unwrap()).unwrap();
+    let cached = cache.insert::<f32, _>(MapReader::new(container, &limits).unwrap()).unwrap();
     let (cursor, pixel) = (cached.cursor(), [5 * TILE + 1, 5 * TILE]);
     let direct = cached.reader().tile::<f32>(id).unwrap_err();
     std::thread::scope(|scope| {
@@ -349,7 +355,7 @@ fn a_damaged_tile_is_an_error_until_it_can_be_read() {
 #[test]
 fn what_is_not_there_is_an_error() {
     let (_, reader) = written::<f32>(9, Block::Plain);
-    let cached = TileCache::new(1 << 20).insert::<f32>(reader).unwrap();
+    let cached = TileCache::new(1 << 20).insert::<f32, _>(reader).unwrap();
     assert!(matches!(cached.level_cursor(1), Err(Error::NoSuchLevel(1))));
     let error = cached.tile(TileId::new(0, 99, 0)).unwrap_err();
     assert!(matches!(
@@ -490,7 +496,7 @@ impl BlockVisitor<f32> for Diagonal<'_> {
 fn a_block_fetches_only_tiles_that_it_asks() {
     let (map, reader) = written::<f32>(12, Block::Plain);
     let cache = TileCache::new(1 << 20);
-    let cursor = cache.insert::<f32>(reader).unwrap().cursor();
+    let cursor = cache.insert::<f32, _>(reader).unwrap().cursor();
     // Over 2 × 2 tiles, of which the diagonal meets 2; then within one of
     // those, which is held.
     for (start, end) in [(59, 67), (54, 60)] {

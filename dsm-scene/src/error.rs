@@ -1,11 +1,10 @@
 //! What can be wrong with a scene or a file of one, and where in it.
 
 use std::borrow::Cow;
-use std::fmt;
-use std::io;
 use std::path::Path;
+use std::{fmt, io};
 
-use dsm_core::InFile;
+use dsm_core::detail::InFile;
 
 /// A part of a file or of an object.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -58,7 +57,7 @@ impl fmt::Display for Place {
 /// ```
 /// use std::error::Error as _;
 ///
-/// let error = dsm_scene::load_mesh("no/such.ply".as_ref()).unwrap_err();
+/// let error = dsm_scene::detail::load_mesh("no/such.ply".as_ref()).unwrap_err();
 /// let cause = error.source().and_then(|cause| cause.downcast_ref::<std::io::Error>());
 /// assert_eq!(cause.map(|cause| cause.kind()), Some(std::io::ErrorKind::NotFound));
 /// ```

@@ -2,9 +2,7 @@
 
 mod args;
 mod cmd;
-mod filtering;
 mod interrupt;
-mod layered;
 mod output;
 mod parallel;
 mod points;

@@ -1,6 +1,8 @@
 //! The depths that each part of a map holds.
 
-use dsm_core::{Error, Result};
+use dsm_core::Result;
+
+use crate::min_max_builder::MinMaxBuilder;
 
 /// A quadtree over the pixels of a map with the least and the greatest w =
 /// 1/depth of their layers (Xie et al. 2007, §4.3). A node covers 2 × 2 nodes
@@ -30,7 +32,8 @@ struct Level {
     ranges: Vec<[f32; 2]>,
 }
 
-const EMPTY: [f32; 2] = [f32::INFINITY, f32::NEG_INFINITY];
+/// The range of a node without layers.
+pub(crate) const EMPTY: [f32; 2] = [f32::INFINITY, f32::NEG_INFINITY];
 
 impl Level {
     fn at(&self, x: u32, y: u32) -> [f32; 2] {
@@ -46,7 +49,7 @@ impl MinMaxPyramid {
     /// The most pixels that a map may have.
     pub const MAX_PIXELS: u64 = 1 << 28;
 
-    /// The same from depths: `range` gives the smallest and the largest depth of
+    /// Over a map of `size` pixels, from depths: `range` gives the smallest and the largest depth of
     /// a pixel's layers, which reach `threshold` further to either side. Rounded
     /// outwards. O(pixels).
     ///
@@ -58,14 +61,13 @@ impl MinMaxPyramid {
         threshold: f64,
         range: impl Fn(usize) -> Option<[f32; 2]>,
     ) -> Result<Self> {
-        Self::new(size, |x, y| {
-            let depths = range(y as usize * size[0] as usize + x as usize)?;
-            let [near, far] = depths.map(f64::from);
-            // No nearer than the camera's plane.
-            let near = (near - threshold).max(f64::from(f32::MIN_POSITIVE));
-            let [low, high] = [far + threshold, near].map(|z| z.recip() as f32);
-            Some([low.next_down().max(0.0), high.next_up().min(f32::MAX)])
-        })
+        let mut builder = MinMaxBuilder::new(size)?;
+        for (x, y) in (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y))) {
+            if let Some(depths) = range(y as usize * size[0] as usize + x as usize) {
+                builder.set_depths([x, y], depths, threshold);
+            }
+        }
+        Ok(builder.finish())
     }
 
     /// Over a map of `size` pixels: `range` gives the least and the greatest w
@@ -74,23 +76,22 @@ impl MinMaxPyramid {
     ///
     /// # Errors
     ///
-    /// [`Error::TooLarge`] above [`Self::MAX_PIXELS`].
+    /// [`dsm_core::Error::TooLarge`] above [`Self::MAX_PIXELS`].
     pub fn new(
         size: [u32; 2],
         mut range: impl FnMut(u32, u32) -> Option<[f32; 2]>,
     ) -> Result<Self> {
-        let count = u64::from(size[0]) * u64::from(size[1]);
-        if count > Self::MAX_PIXELS {
-            let limit = Self::MAX_PIXELS;
-            return Err(Error::TooLarge { what: "pixels of a pyramid", count, limit });
+        let mut builder = MinMaxBuilder::new(size)?;
+        for (x, y) in (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y))) {
+            if let Some(range) = range(x, y) {
+                builder.set([x, y], range);
+            }
         }
-        let mut ranges = Vec::with_capacity(count as usize);
-        for y in 0..size[1] {
-            ranges.extend((0..size[0]).map(|x| {
-                let range = range(x, y).unwrap_or(EMPTY);
-                if range[0] <= range[1] { range } else { EMPTY }
-            }));
-        }
+        Ok(builder.finish())
+    }
+
+    /// Over pixels of these ranges, row by row.
+    pub(crate) fn over(size: [u32; 2], ranges: Vec<[f32; 2]>) -> Self {
         let mut levels = vec![Level { size, ranges }];
         while let Some(below) = levels.last().filter(|level| level.size[0].max(level.size[1]) > 1) {
             let size = below.size.map(|side| side.div_ceil(2));
@@ -106,7 +107,7 @@ impl MinMaxPyramid {
             }
             levels.push(Level { size, ranges });
         }
-        Ok(Self { levels })
+        Self { levels }
     }
 
     /// Width and height of the map in pixels.
@@ -141,6 +142,17 @@ impl MinMaxPyramid {
     pub fn node(&self, level: usize, x: u32, y: u32) -> Option<[f32; 2]> {
         let [low, high] = self.levels[level].at(x, y);
         (low <= high).then_some([low, high])
+    }
+
+    /// Number of nodes of a level that are empty. O(nodes).
+    ///
+    /// # Panics
+    ///
+    /// If there is no such level.
+    #[must_use]
+    pub fn empty_nodes(&self, level: usize) -> u64 {
+        let ranges = self.levels[level].ranges.iter();
+        ranges.filter(|[low, high]| low > high).count() as u64
     }
 
     /// The least and the greatest w of the map.

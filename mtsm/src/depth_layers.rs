@@ -2,7 +2,6 @@
 //! 2007, §4.2).
 
 use dsm_core::{Error, Result, SurfaceHit, Transmittance, VisibilityField};
-use dsm_io::PixelBlock;
 
 use crate::multilayer_settings::LayeredInfo;
 
@@ -11,7 +10,7 @@ use crate::multilayer_settings::LayeredInfo;
 ///
 /// ```
 /// use dsm_core::SurfaceHit;
-/// use mtsm::DepthLayers;
+/// use mtsm::detail::DepthLayers;
 ///
 /// let mut pixels = DepthLayers::clear(2, 1, 2);
 /// for depth in [5.0, 3.0, 4.0] {
@@ -212,12 +211,6 @@ impl<T: Transmittance> DepthLayers<T> {
     #[must_use]
     pub fn opacities(&self) -> &[T] {
         &self.opacities
-    }
-}
-
-impl<T: Transmittance> PixelBlock for DepthLayers<T> {
-    fn size(&self) -> [u32; 2] {
-        [self.width, self.height]
     }
 }
 

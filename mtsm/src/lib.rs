@@ -13,6 +13,7 @@ mod build;
 mod depth_layers;
 mod layer;
 mod layered_pixels;
+mod layers_of_pixel;
 mod leaf_rule;
 mod multilayer_map;
 mod multilayer_settings;
@@ -20,18 +21,28 @@ mod multilayer_tracer;
 mod run_builder;
 mod soft_pcf;
 mod store;
+mod traced_map;
 
-pub use build::{BakedLayers, MultilayerBaker};
-pub use depth_layers::{DepthLayers, MultilayerDepthMap};
-pub use layer::{Layer, LayerRun};
-pub use layered_pixels::{LayeredPixels, LayeredPixelsBuilder};
+pub use build::MultilayerBaker;
+pub use depth_layers::MultilayerDepthMap;
 pub use leaf_rule::LeafRule;
 pub use multilayer_map::MultilayerMap;
-pub use multilayer_settings::{LayeredInfo, Layering, MultilayerSettings};
-pub use multilayer_tracer::{MultilayerTracer, TraceSettings, TracedMap};
+pub use multilayer_settings::MultilayerSettings;
+pub use multilayer_tracer::{MultilayerTracer, TraceSettings};
 pub use soft_pcf::{FilteredLayers, SoftPercentageCloser};
-pub use store::LayeredKind;
-pub use store::bake::{LayeredReport, bake_layers, bake_mtsm};
-pub use store::fragments::bake_fragments;
-pub use store::reader::LayeredReader;
-pub use store::summary::LayeredSummary;
+pub use store::bake::{bake_layers, bake_mtsm};
+pub use store::layers::Layers;
+pub use store::mtsm::Mtsm;
+pub use traced_map::{CachedLayers, TracedMap};
+
+/// Parts that the other crates of this family stand on. They may change with any
+/// version.
+#[doc(hidden)]
+pub mod detail {
+    pub use crate::build::BakedLayers;
+    pub use crate::depth_layers::DepthLayers;
+    pub use crate::layer::{Layer, LayerRun};
+    pub use crate::layered_pixels::{LayeredPixels, LayeredPixelsBuilder};
+    pub use crate::multilayer_settings::LayeredInfo;
+    pub use crate::store::keys::LayeredKeys;
+}

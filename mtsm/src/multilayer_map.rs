@@ -1,7 +1,6 @@
 //! Multilayer transparent shadow maps in memory.
 
 use dsm_core::{DeepMap, PixelListsBuilder, Result, Transmittance, VisibilityField};
-use dsm_io::PixelBlock;
 
 use crate::layered_pixels::LayeredPixels;
 use crate::multilayer_settings::LayeredInfo;
@@ -68,12 +67,6 @@ impl<T: Transmittance> MultilayerMap<T> {
     #[must_use]
     pub const fn pixels(&self) -> &LayeredPixels<T> {
         &self.pixels
-    }
-}
-
-impl<T: Transmittance> PixelBlock for LayeredPixels<T> {
-    fn size(&self) -> [u32; 2] {
-        [self.width(), self.height()]
     }
 }
 

@@ -1,7 +1,7 @@
 //! What a bake of a layered map is asked for.
 
 use dsm_core::{BakeSettings, Error, MapInfo, Result, Tolerance};
-use serde::{Deserialize, Serialize};
+use dsm_trace::detail::Layering;
 
 /// How a layered map is sampled and built.
 ///
@@ -82,18 +82,6 @@ impl MultilayerSettings {
         let layering = Layering { resets, max_layers, light_depth };
         LayeredInfo { map, layering }
     }
-}
-
-/// How the layers of a map were chosen, as its header keeps it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Layering {
-    /// How often a pixel's light was set to 1 again at most; 0 where layers do
-    /// not stand in runs.
-    pub resets: u32,
-    /// The most layers of a pixel.
-    pub max_layers: u32,
-    /// The depth of the light's centre; see [`MultilayerSettings::light_depth`].
-    pub light_depth: f32,
 }
 
 /// What a layered map says of itself, besides its pixels.

@@ -1,21 +1,18 @@
 //! Soft shadows by tracing maps of layers (Xie, Tabellion & Pearce 2007, §4.3
 //! and §5.2).
 
-use std::convert::Infallible;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use dsm_core::{AreaLight, Error, LightVisibility, OcclusionTracer, Result, Transmittance};
-use dsm_trace::{
-    LightFrame, LightMean, MinMaxPyramid, ShadowRay, TraceCounters, TraceStatistics,
-    walk_every_pixel, walk_pixels,
-};
+use dsm_core::{AreaLight, Error, LightVisibility, OcclusionTracer, Transmittance};
+use dsm_trace::detail::{MinMaxBuilder, TraceCounters, walk_every_pixel};
+use dsm_trace::{LightFrame, LightMean, MinMaxPyramid, ShadowRay, TraceStatistics, walk_pixels};
 use glam::DVec3;
 
-use crate::depth_layers::MultilayerDepthMap;
+use crate::layers_of_pixel::PixelLayers;
 use crate::leaf_rule::{Interval, LeafRule, RayLight};
-use crate::multilayer_map::MultilayerMap;
-use crate::multilayer_settings::LayeredInfo;
+use crate::traced_map::sealed::{Layers, PixelReader};
+use crate::traced_map::{TracedMap, map_frame};
 
 /// How a map of layers is traced.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +48,7 @@ impl Default for TraceSettings {
 }
 
 impl TraceSettings {
-    fn check(&self) -> Result<()> {
+    fn check(&self) -> dsm_core::Result<()> {
         let refuse = |setting, reason| Err(Error::Setting { setting, reason });
         if self.rays == 0 {
             return refuse("rays", "there must be at least 1 a light");
@@ -69,134 +66,8 @@ impl TraceSettings {
     }
 }
 
-mod sealed {
-    use dsm_core::Transmittance;
-
-    use crate::leaf_rule::{Interval, RayLight};
-
-    /// The layers of a map's pixels, as a shadow ray meets them.
-    pub trait Layers: Send + Sync {
-        /// Mono or coloured.
-        type Value: Transmittance;
-
-        fn size(&self) -> [u32; 2];
-
-        fn depth_range(&self, pixel: usize) -> Option<[f32; 2]>;
-
-        /// What the first layer leaves at `depth`.
-        fn behind_first(&self, pixel: usize, depth: f32) -> Self::Value;
-
-        /// What all layers leave at `depth`, in the first run.
-        fn behind_all(&self, pixel: usize, depth: f32) -> Self::Value;
-
-        #[expect(private_interfaces, reason = "nobody else can name this trait")]
-        fn pass(&self, pixel: usize, interval: &Interval, light: &mut RayLight<Self::Value>);
-
-        /// The same without shortcuts.
-        #[expect(private_interfaces, reason = "nobody else can name this trait")]
-        fn pass_naively(
-            &self,
-            pixel: usize,
-            interval: &Interval,
-            light: &mut RayLight<Self::Value>,
-        );
-    }
-}
-
-/// A map of layers that shadow rays can be traced through: a [`MultilayerMap`] or
-/// a [`MultilayerDepthMap`].
-pub trait TracedMap: sealed::Layers {
-    /// What the map says of itself.
-    fn layered_info(&self) -> &LayeredInfo;
-}
-
-impl<T: Transmittance> TracedMap for MultilayerMap<T> {
-    fn layered_info(&self) -> &LayeredInfo {
-        self.info()
-    }
-}
-
-impl<T: Transmittance> TracedMap for MultilayerDepthMap<T> {
-    fn layered_info(&self) -> &LayeredInfo {
-        self.info()
-    }
-}
-
-impl<T: Transmittance> sealed::Layers for MultilayerMap<T> {
-    type Value = T;
-
-    fn size(&self) -> [u32; 2] {
-        [self.pixels().width(), self.pixels().height()]
-    }
-
-    fn depth_range(&self, pixel: usize) -> Option<[f32; 2]> {
-        self.pixels().depth_range(pixel)
-    }
-
-    fn behind_first(&self, pixel: usize, depth: f32) -> T {
-        let first = self.pixels().first_run(pixel).and_then(|run| {
-            let mut layers = run.layers().skip(1).filter(|layer| layer.visibility != T::CLEAR);
-            layers.next()
-        });
-        let before = first.filter(|layer| layer.depth <= depth);
-        before.map_or(T::CLEAR, |layer| layer.visibility)
-    }
-
-    fn behind_all(&self, pixel: usize, depth: f32) -> T {
-        self.pixels().first_run(pixel).map_or(T::CLEAR, |run| run.function().at(depth))
-    }
-
-    #[expect(private_interfaces, reason = "nobody else can name this trait")]
-    fn pass(&self, pixel: usize, interval: &Interval, light: &mut RayLight<T>) {
-        self.pixels().runs(pixel).rev().for_each(|run| light.pass_run(run, interval));
-    }
-
-    #[expect(private_interfaces, reason = "nobody else can name this trait")]
-    fn pass_naively(&self, pixel: usize, interval: &Interval, light: &mut RayLight<T>) {
-        self.pixels().runs(pixel).rev().for_each(|run| light.pass_run_naively(run, interval));
-    }
-}
-
-impl<T: Transmittance> sealed::Layers for MultilayerDepthMap<T> {
-    type Value = T;
-
-    fn size(&self) -> [u32; 2] {
-        [self.pixels().width(), self.pixels().height()]
-    }
-
-    fn depth_range(&self, pixel: usize) -> Option<[f32; 2]> {
-        self.pixels().depth_range(pixel)
-    }
-
-    fn behind_first(&self, pixel: usize, depth: f32) -> T {
-        let first = self.pixels().layers(pixel).next().filter(|layer| layer.depth <= depth);
-        first.map_or(T::CLEAR, |layer| layer.transmittance())
-    }
-
-    fn behind_all(&self, pixel: usize, depth: f32) -> T {
-        self.pixels().transmittance(pixel, depth)
-    }
-
-    #[expect(private_interfaces, reason = "nobody else can name this trait")]
-    fn pass(&self, pixel: usize, interval: &Interval, light: &mut RayLight<T>) {
-        light.pass_layers(self.pixels().layers(pixel), interval);
-    }
-
-    #[expect(private_interfaces, reason = "nobody else can name this trait")]
-    fn pass_naively(&self, pixel: usize, interval: &Interval, light: &mut RayLight<T>) {
-        light.pass_layers(self.pixels().layers(pixel), interval);
-    }
-}
-
-/// The frame of a map's light.
-pub(crate) fn map_frame<M: TracedMap>(map: &M) -> Result<LightFrame> {
-    let info = map.layered_info();
-    let camera = info.map.camera.ok_or(Error::Camera("the map has none"))?;
-    LightFrame::new(&camera, map.size(), f64::from(info.layering.light_depth))
-}
-
 /// One `f64` a channel of a map.
-type Sum<M> = <<M as sealed::Layers>::Value as Transmittance>::Sum;
+type Sum<M> = <<M as Layers>::Value as Transmittance>::Sum;
 
 /// Traces shadow rays through a map of layers, hierarchically over its pixels
 /// and with a perspective divide at leaves only.
@@ -217,17 +88,20 @@ pub struct MultilayerTracer<M> {
 }
 
 impl<M: TracedMap> MultilayerTracer<M> {
-    /// A tracer of `map`. O(pixels).
+    /// A tracer of `map`. O(pixels); of a map behind a cache it reads every tile
+    /// once, and holds one.
     ///
     /// # Errors
     ///
     /// [`Error::Setting`] for settings out of range, [`Error::Camera`] if the map
-    /// has no perspective camera.
-    pub fn new(map: Arc<M>, settings: TraceSettings) -> Result<Self> {
+    /// has no perspective camera; what is wrong with a tile of a file.
+    pub fn new(map: Arc<M>, settings: TraceSettings) -> Result<Self, M::BuildError> {
         settings.check()?;
         let frame = map_frame(&*map)?;
-        let ranges = |pixel| map.depth_range(pixel);
-        let pyramid = MinMaxPyramid::of_depths(map.size(), settings.depth_threshold, ranges)?;
+        let mut ranges = MinMaxBuilder::new(map.size())?;
+        let threshold = settings.depth_threshold;
+        map.depth_ranges(|pixel, depths| ranges.set_depths(pixel, depths, threshold))?;
+        let pyramid = ranges.finish();
         let range = pyramid.range();
         let floor = f64::from(map.layered_info().map.tolerance.epsilon()) / 8.0;
         Ok(Self { map, frame, pyramid, range, settings, floor, counters: TraceCounters::default() })
@@ -277,75 +151,94 @@ impl<M: TracedMap> MultilayerTracer<M> {
         clip.ray
     }
 
-    fn trace(&self, receiver: DVec3, light: DVec3, counted: &mut TraceStatistics) -> Sum<M> {
+    fn trace(
+        &self,
+        pixels: &M::Reader<'_>,
+        [receiver, light]: [DVec3; 2],
+        counted: &mut TraceStatistics,
+    ) -> Result<Sum<M>, M::Error> {
         let mut left = RayLight::<M::Value>::new(self.settings.rule, self.floor);
+        let mut failed = None;
         if let Some(ray) = self.shadow_ray(receiver, light, counted) {
-            let width = self.frame.size()[0] as usize;
-            let _ = walk_pixels(&self.pyramid, &ray, &mut |[x, y]: [u32; 2], enter, leave| {
+            let _ = walk_pixels(&self.pyramid, &ray, &mut |pixel: [u32; 2], enter, leave| {
                 let interval = Interval::new(enter, leave, self.settings.depth_threshold);
-                self.map.pass(y as usize * width + x as usize, &interval, &mut left);
-                if left.is_below(self.settings.stop_below) {
+                let passed =
+                    pixels.with_pixel(pixel, |of, pixel| of.pass(pixel, &interval, &mut left));
+                failed = passed.err();
+                if failed.is_some() || left.is_below(self.settings.stop_below) {
                     ControlFlow::Break(())
                 } else {
                     ControlFlow::Continue(())
                 }
             });
         }
-        left.left
+        failed.map_or(Ok(left.left), Err)
     }
 
     /// What [`OcclusionTracer::transmittance`] answers, by a walk through every
     /// pixel that the ray crosses, one sample after the other, to its end: what
     /// the tracer is checked against. O(pixels of the map).
-    #[must_use]
-    pub fn transmittance_naively(&self, receiver: DVec3, light: DVec3) -> M::Value {
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with a tile of a file.
+    pub fn transmittance_naively(
+        &self,
+        receiver: DVec3,
+        light: DVec3,
+    ) -> Result<M::Value, M::Error> {
         let mut left = RayLight::<M::Value>::new(self.settings.rule, self.floor);
+        let (pixels, mut failed) = (self.map.reader(), None);
         if let Some(ray) = self.shadow_ray(receiver, light, &mut TraceStatistics::default()) {
             let size = self.frame.size();
-            walk_every_pixel(size, &ray, &mut |[x, y]: [u32; 2], enter, leave| {
+            walk_every_pixel(size, &ray, &mut |pixel: [u32; 2], enter, leave| {
                 let interval = Interval::new(enter, leave, self.settings.depth_threshold);
-                let pixel = y as usize * size[0] as usize + x as usize;
-                self.map.pass_naively(pixel, &interval, &mut left);
+                let passed = pixels
+                    .with_pixel(pixel, |of, pixel| of.pass_naively(pixel, &interval, &mut left));
+                failed = failed.take().or(passed.err());
                 ControlFlow::Continue(())
             });
         }
-        M::Value::from_sum(left.left)
+        failed.map_or_else(|| Ok(M::Value::from_sum(left.left)), Err)
     }
 }
 
 impl<M: TracedMap> OcclusionTracer for MultilayerTracer<M> {
     type Value = M::Value;
-    type Error = Infallible;
+    type Error = M::Error;
 
     fn transmittance(
         &self,
         receiver: DVec3,
         light: DVec3,
         _time: f64,
-    ) -> std::result::Result<M::Value, Infallible> {
+    ) -> Result<M::Value, M::Error> {
         let mut counted = TraceStatistics::default();
-        let left = self.trace(receiver, light, &mut counted);
+        let left = self.trace(&self.map.reader(), [receiver, light], &mut counted);
         self.counters.add(counted);
-        Ok(M::Value::from_sum(left))
+        left.map(M::Value::from_sum)
     }
 }
 
 impl<M: TracedMap> LightVisibility for MultilayerTracer<M> {
     type Value = M::Value;
-    type Error = Infallible;
+    type Error = M::Error;
 
     fn visibility(
         &self,
         receiver: DVec3,
         light: &AreaLight,
         seed: u64,
-    ) -> std::result::Result<M::Value, Infallible> {
+    ) -> Result<M::Value, M::Error> {
+        let pixels = self.map.reader();
         let mut counted = TraceStatistics::default();
         let mut mean = LightMean::<M::Value>::new();
-        for point in light.samples(receiver, self.settings.rays, seed) {
-            mean.add_sum(self.trace(receiver, point, &mut counted));
-        }
+        let mut points = light.samples(receiver, self.settings.rays, seed);
+        let traced = points.try_for_each(|point| {
+            mean.add_sum(self.trace(&pixels, [receiver, point], &mut counted)?);
+            Ok(())
+        });
         self.counters.add(counted);
-        Ok(mean.of(self.settings.rays))
+        traced.map(|()| mean.of(self.settings.rays))
     }
 }

@@ -1,14 +1,16 @@
 //! Soft shadows by percentage closer filtering: what traced ones are compared
 //! with (Xie, Tabellion & Pearce 2007, §3).
 
-use std::convert::Infallible;
 use std::sync::Arc;
 
-use dsm_core::{AreaLight, Error, LightVisibility, Result, Transmittance};
-use dsm_trace::{LightFrame, LightMean, TraceCounters, TraceStatistics};
+use dsm_core::{AreaLight, Error, LightVisibility, Transmittance};
+use dsm_trace::detail::TraceCounters;
+use dsm_trace::{LightFrame, LightMean, TraceStatistics};
 use glam::DVec3;
 
-use crate::multilayer_tracer::{TracedMap, map_frame};
+use crate::layers_of_pixel::PixelLayers;
+use crate::traced_map::sealed::PixelReader;
+use crate::traced_map::{TracedMap, map_frame};
 
 /// Which layers of a pixel shade.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -50,14 +52,13 @@ impl<M: TracedMap> SoftPercentageCloser<M> {
     ///
     /// # Errors
     ///
-    /// [`Error::Camera`] if the map has no perspective camera.
-    pub fn new(map: Arc<M>, layers: FilteredLayers) -> Result<Self> {
+    /// [`Error::Camera`] if the map has no perspective camera; what is wrong with a
+    /// tile of a file.
+    pub fn new(map: Arc<M>, layers: FilteredLayers) -> Result<Self, M::BuildError> {
         let frame = map_frame(&*map)?;
-        let [width, height] = frame.size();
-        let ranges = (0..width as usize * height as usize)
-            .filter_map(|pixel| map.depth_range(pixel))
-            .map(|[near, _]| f64::from(near));
-        let nearest = ranges.reduce(f64::min).map(f64::recip);
+        let mut nearest = f32::INFINITY;
+        map.depth_ranges(|_, [near, _]| nearest = nearest.min(near))?;
+        let nearest = (nearest < f32::INFINITY).then(|| f64::from(nearest).recip());
         let counters = TraceCounters::default();
         Ok(Self { map, frame, nearest, layers, taps: 256, bias: Some(0.0), counters })
     }
@@ -67,7 +68,7 @@ impl<M: TracedMap> SoftPercentageCloser<M> {
     /// # Errors
     ///
     /// [`Error::Setting`] without any.
-    pub fn with_taps(self, taps: u32) -> Result<Self> {
+    pub fn with_taps(self, taps: u32) -> dsm_core::Result<Self> {
         if taps == 0 {
             let reason = "there must be at least 1 a light";
             return Err(Error::Setting { setting: "taps", reason });
@@ -81,7 +82,7 @@ impl<M: TracedMap> SoftPercentageCloser<M> {
     /// # Errors
     ///
     /// [`Error::Setting`] unless it is finite.
-    pub fn with_bias(self, bias: f64) -> Result<Self> {
+    pub fn with_bias(self, bias: f64) -> dsm_core::Result<Self> {
         if !bias.is_finite() {
             return Err(Error::Setting { setting: "bias", reason: "it must be finite" });
         }
@@ -110,10 +111,24 @@ impl<M: TracedMap> SoftPercentageCloser<M> {
     /// place in the map.
     fn tap(
         &self,
+        pixels: &M::Reader<'_>,
+        [receiver, light]: [DVec3; 2],
+        counted: &mut TraceStatistics,
+    ) -> Result<Option<M::Value>, M::Error> {
+        let Some((pixel, depth)) = self.place(receiver, light, counted) else { return Ok(None) };
+        pixels.with_pixel(pixel, |of, pixel| match self.layers {
+            FilteredLayers::Shallowest => of.behind_first(pixel, depth),
+            FilteredLayers::All => of.behind_all(pixel, depth),
+        })
+    }
+
+    /// Which pixel a tap reads, and at which depth.
+    fn place(
+        &self,
         receiver: DVec3,
         light: DVec3,
         counted: &mut TraceStatistics,
-    ) -> Option<M::Value> {
+    ) -> Option<([u32; 2], f32)> {
         counted.rays += 1;
         let depth = self.frame.camera_point(receiver).z;
         let is_deeper = depth > self.frame.light_depth();
@@ -126,33 +141,31 @@ impl<M: TracedMap> SoftPercentageCloser<M> {
             counted.leaving += 1;
             return None;
         }
-        let [x, y] = place.map(|at| at as usize);
-        let pixel = y * self.frame.size()[0] as usize + x;
         let bias = self.bias.unwrap_or_else(|| self.frame.footprint(depth));
-        let depth = (depth - bias) as f32;
-        Some(match self.layers {
-            FilteredLayers::Shallowest => self.map.behind_first(pixel, depth),
-            FilteredLayers::All => self.map.behind_all(pixel, depth),
-        })
+        Some((place.map(|at| at as u32), (depth - bias) as f32))
     }
 }
 
 impl<M: TracedMap> LightVisibility for SoftPercentageCloser<M> {
     type Value = M::Value;
-    type Error = Infallible;
+    type Error = M::Error;
 
     fn visibility(
         &self,
         receiver: DVec3,
         light: &AreaLight,
         seed: u64,
-    ) -> std::result::Result<M::Value, Infallible> {
+    ) -> Result<M::Value, M::Error> {
+        let pixels = self.map.reader();
         let mut counted = TraceStatistics::default();
         let mut mean = LightMean::new();
-        for point in light.samples(receiver, self.taps, seed) {
-            mean.add(self.tap(receiver, point, &mut counted).unwrap_or(M::Value::CLEAR));
-        }
+        let mut points = light.samples(receiver, self.taps, seed);
+        let tapped = points.try_for_each(|point| {
+            let left = self.tap(&pixels, [receiver, point], &mut counted)?;
+            mean.add(left.unwrap_or(M::Value::CLEAR));
+            Ok(())
+        });
         self.counters.add(counted);
-        Ok(mean.of(self.taps))
+        tapped.map(|()| mean.of(self.taps))
     }
 }

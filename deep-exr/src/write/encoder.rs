@@ -25,7 +25,8 @@ pub struct EncodedChunk {
 /// each thread.
 ///
 /// ```
-/// use deep_exr::{ChunkEncoder, DeepExrWriter, DeepSample, Layout, WriteOptions};
+/// use deep_exr::{DeepExrWriter, DeepSample, Layout, WriteOptions};
+/// use deep_exr::detail::ChunkEncoder;
 ///
 /// let options = WriteOptions::new(8, 4).layout(Layout::Tiles { width: 4, height: 4 });
 /// let mut writer = DeepExrWriter::new(std::io::Cursor::new(Vec::new()), &options)?;

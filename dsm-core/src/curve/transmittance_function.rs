@@ -17,7 +17,8 @@ use crate::visibility::vertex::{SumVertex, Vertex};
 /// most (see [`TransmittanceBuilder`](super::transmittance_builder::TransmittanceBuilder)).
 ///
 /// ```
-/// use dsm_core::{RayHits, SurfaceHit, TransmittanceFunction, VolumeSample};
+/// use dsm_core::{RayHits, SurfaceHit, VolumeSample};
+/// use dsm_core::detail::TransmittanceFunction;
 ///
 /// let mut hits = RayHits::<f32>::default();
 /// hits.push_surface(SurfaceHit { depth: 3.0, opacity: 0.25 })?;

@@ -1,13 +1,14 @@
 //! Pixels against the oracle.
 
+use dsm_core::detail::{SumVertex, VisibilityDifference};
 use dsm_core::{
-    BakeSettings, Baker, Filter, FilterShape, PixelSampling, RayHits, RaySource, Rgb, SumVertex,
-    Tolerance, Transmittance, Vertex, VisibilityDifference,
+    BakeSettings, Baker, Filter, FilterShape, PixelSampling, RayHits, RaySource, Rgb, Tolerance,
+    Transmittance, Vertex,
 };
+use dsm_testkit::config;
 use proptest::prelude::*;
 use proptest::sample::select;
 
-use crate::config::config;
 use crate::oracle::Oracle;
 use crate::sources::RandomScene;
 

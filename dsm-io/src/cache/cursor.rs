@@ -4,13 +4,15 @@ use std::cell::Cell;
 use std::fmt;
 use std::ops::Range;
 
-use dsm_core::{BlockVisitor, PixelListsView, Transmittance, VisibilityField};
+use dsm_core::detail::BlockVisitor;
+use dsm_core::{Transmittance, VisibilityField};
 
 use super::map::CachedMap;
 use super::rows_ahead::{RowsAhead, Step};
-use super::slot::{Slot, take_clear, within};
+use super::slot::{Slot, evaluate_block, evaluate_run, take_clear, within};
 use crate::error::{Error, Result};
 use crate::format::level::Level;
+use crate::kind::{Deep, FieldKind, MapKind, MapTile};
 use crate::tile_id::TileId;
 
 /// Slots of a cursor. They stand in lines of 16, or of as many as a level has
@@ -22,7 +24,9 @@ const SLOTS: u32 = 256;
 /// The logarithm of a line's slots, at most.
 const MOST_SLOT_COLUMNS: u32 = 4;
 
-/// Looks up one level of a [`CachedMap`], for one thread.
+/// Looks up one level of a [`CachedMap`], for one thread: a field of filtered
+/// lookups for kinds that are such ([`FieldKind`]), and [`Self::with_pixel`] for
+/// all.
 ///
 /// It holds on to the tiles it was asked for last, up to 256, one for each
 /// position modulo 16 × 16, or fewer columns and more rows in a level that has
@@ -30,7 +34,7 @@ const MOST_SLOT_COLUMNS: u32 = 4;
 /// another thread writes; any other pixel costs one, and a load if nobody
 /// holds its tile. Make one cursor a thread and keep it: a new one begins with
 /// no tile. Held tiles are not in the budget: t cursors hold up to 256 t tiles
-/// more ([`CacheStatistics::pinned_bytes`](crate::CacheStatistics)), but none
+/// more ([`CacheStatistics::pinned_bytes`](crate::cache::statistics::CacheStatistics)), but none
 /// more than 128 MiB of them, or one tile where that is larger.
 ///
 /// The values are bit for bit those of the map read into memory.
@@ -46,16 +50,16 @@ const MOST_SLOT_COLUMNS: u32 = 4;
 /// let light = filtered_lookup(&cursor, &Receiver::new([10.5, 7.25], 4.0), &footprint)?;
 /// # Ok::<(), dsm_io::Error>(())
 /// ```
-pub struct LookupCursor<T> {
-    map: CachedMap<T>,
+pub struct LookupCursor<T: Transmittance, K: MapKind = Deep> {
+    map: CachedMap<T, K>,
     level: u32,
     size: [u32; 2],
     columns: TileDivision,
     rows: TileDivision,
-    /// A tile is out of its slot while its pixels are looked at.
     /// The logarithm of the slots in a line.
     slot_columns: u32,
-    slots: [Cell<Slot<T>>; SLOTS as usize],
+    /// A tile is out of its slot while its pixels are looked at.
+    slots: [Cell<Slot<K::Tile<T>>>; SLOTS as usize],
     /// Of each slot's tile, which rows are on their way from memory.
     rows_ahead: [RowsAhead; SLOTS as usize],
     /// Where the last block began.
@@ -69,8 +73,8 @@ pub struct LookupCursor<T> {
 /// Bytes of tiles that a cursor holds: as many as 256 usual ones.
 const MOST_HELD_BYTES: u64 = 128 << 20;
 
-impl<T: Transmittance> LookupCursor<T> {
-    pub(super) fn new(map: CachedMap<T>, index: u32, level: &Level) -> Self {
+impl<T: Transmittance, K: MapKind> LookupCursor<T, K> {
+    pub(super) fn new(map: CachedMap<T, K>, index: u32, level: &Level) -> Self {
         Self {
             map,
             level: index,
@@ -89,7 +93,7 @@ impl<T: Transmittance> LookupCursor<T> {
 
     /// The map that is looked up.
     #[must_use]
-    pub const fn map(&self) -> &CachedMap<T> {
+    pub const fn map(&self) -> &CachedMap<T, K> {
         &self.map
     }
 
@@ -110,13 +114,41 @@ impl<T: Transmittance> LookupCursor<T> {
         self.held_bytes.set(0);
     }
 
+    /// Width and height of the level in pixels.
+    #[must_use]
+    pub const fn level_size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// What `look` makes of a pixel: of the tile that holds it and of its row-major
+    /// index there. No tile: it is empty. O(1) besides, if the tile is held.
+    ///
+    /// # Errors
+    ///
+    /// As [`CachedMap::tile`]; [`Error::NoSuchPixel`] if the pixel lies outside.
+    #[inline]
+    pub fn with_pixel<R>(
+        &self,
+        [x, y]: [u32; 2],
+        look: impl FnOnce(Option<&K::Tile<T>>, usize) -> R,
+    ) -> Result<R> {
+        if x >= self.size[0] || y >= self.size[1] {
+            return Err(Self::outside([x, y]));
+        }
+        let ((column, x), (row, y)) = (self.columns.split(x), self.rows.split(y));
+        self.with_tile([column, row], |tile| {
+            let width = tile.map_or(0, |tile| tile.size()[0] as usize);
+            (look(tile, y as usize * width + x as usize), 1)
+        })
+    }
+
     /// What `look` makes of a tile's pixels, and of how many it says. No
-    /// pixels: 1 everywhere.
+    /// pixels: the tile is empty.
     #[inline(always)]
     fn with_tile<R>(
         &self,
         tile: [u32; 2],
-        look: impl FnOnce(Option<PixelListsView<'_, T>>) -> (R, u64),
+        look: impl FnOnce(Option<&K::Tile<T>>) -> (R, u64),
     ) -> Result<R> {
         let slot = &self.slots[self.slot_of(tile)];
         let mut held = slot.replace(Slot::VACANT);
@@ -126,7 +158,7 @@ impl<T: Transmittance> LookupCursor<T> {
             held = self.fetch(tile, held)?;
             counted = 1;
         }
-        let (result, pixels) = look(held.pixels.as_ref().map(|pixels| pixels.view()));
+        let (result, pixels) = look(held.tile());
         slot.set(held);
         self.hits.update(|hits| hits + pixels - counted);
         Ok(result)
@@ -135,7 +167,7 @@ impl<T: Transmittance> LookupCursor<T> {
     /// The tile in place of the one that was in its slot.
     #[cold]
     #[inline(never)]
-    fn fetch(&self, tile: [u32; 2], before: Slot<T>) -> Result<Slot<T>> {
+    fn fetch(&self, tile: [u32; 2], before: Slot<K::Tile<T>>) -> Result<Slot<K::Tile<T>>> {
         self.held_bytes.update(|held| held.saturating_sub(before.bytes()));
         drop(before);
         self.rows_ahead[self.slot_of(tile)].forget();
@@ -148,6 +180,11 @@ impl<T: Transmittance> LookupCursor<T> {
         Ok(slot)
     }
 
+    #[inline(always)]
+    const fn slot_of(&self, tile: [u32; 2]) -> usize {
+        slot_of(tile, self.slot_columns)
+    }
+
     #[cold]
     #[inline(never)]
     fn outside(pixel: [u32; 2]) -> Error {
@@ -155,7 +192,7 @@ impl<T: Transmittance> LookupCursor<T> {
     }
 }
 
-impl<T: Transmittance> VisibilityField for LookupCursor<T> {
+impl<T: Transmittance, K: FieldKind> VisibilityField for LookupCursor<T, K> {
     type Value = T;
     type Error = Error;
 
@@ -175,7 +212,11 @@ impl<T: Transmittance> VisibilityField for LookupCursor<T> {
         }
         let ((column, x), (row, y)) = (self.columns.split(x), self.rows.split(y));
         self.with_tile([column, row], |pixels| {
-            (pixels.map_or(T::CLEAR, |pixels| pixels.pixel(x, y).at(depth)), 1)
+            let value = pixels.map_or(T::CLEAR, |pixels| {
+                let pixel = y as usize * pixels.size()[0] as usize + x as usize;
+                K::evaluate(K::view(pixels), pixel, depth)
+            });
+            (value, 1)
         })
     }
 
@@ -204,15 +245,15 @@ impl<T: Transmittance> VisibilityField for LookupCursor<T> {
             return self.evaluate_pieces([columns, rows], step, visitor);
         }
         let corner = [columns.start - x, rows.start - y];
-        self.rows_ahead[index].include(&rows, step, corner[1], held.pixels.as_deref());
-        let asked = held.evaluate_block(corner, &columns, rows, visitor);
+        self.rows_ahead[index].include::<K, T>(&rows, step, corner[1], held.tile());
+        let asked = evaluate_block::<K, T>(&held, corner, &columns, rows, visitor);
         slot.set(held);
         self.hits.update(|hits| hits + asked);
         Ok(())
     }
 }
 
-impl<T: Transmittance> LookupCursor<T> {
+impl<T: Transmittance, K: FieldKind> LookupCursor<T, K> {
     /// As [`Self::evaluate_block`], for blocks over several tiles or over
     /// one that is not held: what lies in up to 2 × 2 tiles that are held
     /// costs as many looks at the slots, and the rest one a row and tile.
@@ -262,7 +303,7 @@ impl<T: Transmittance> LookupCursor<T> {
         if first.tile == tiles[0] && (count == 1 || second.tile == tiles[1]) {
             for (tile, held) in tiles.into_iter().zip([&first, &second]).take(count) {
                 let ahead = &self.rows_ahead[self.slot_of(tile)];
-                ahead.include(&rows, step, top, held.pixels.as_deref());
+                ahead.include::<K, T>(&rows, step, top, held.tile());
             }
             let mut asked = 0;
             for row in rows.clone() {
@@ -270,7 +311,7 @@ impl<T: Transmittance> LookupCursor<T> {
                 let mut edge = left;
                 for held in [&first, &second].into_iter().take(count) {
                     let piece = within(&(edge..edge + self.columns.size), run.clone());
-                    asked += held.evaluate_run([edge, top], row, piece, visitor);
+                    asked += evaluate_run::<K, T>(held, [edge, top], row, piece, visitor);
                     edge += self.columns.size;
                 }
             }
@@ -308,22 +349,18 @@ impl<T: Transmittance> LookupCursor<T> {
                     ((), 1 + take_clear(rest, visitor))
                 }
                 Some(pixels) => {
-                    let first = y as usize * pixels.width() as usize + x as usize;
-                    visitor.take(pixels.function(first).at(depth));
-                    ((), 1 + visitor.take_run(rest, pixels, first + 1))
+                    let first = y as usize * pixels.size()[0] as usize + x as usize;
+                    let view = K::view(pixels);
+                    visitor.take(K::evaluate(view, first, depth));
+                    ((), 1 + K::evaluate_run(view, rest, first + 1, visitor))
                 }
             })?;
         }
         Ok(())
     }
-
-    #[inline(always)]
-    const fn slot_of(&self, tile: [u32; 2]) -> usize {
-        slot_of(tile, self.slot_columns)
-    }
 }
 
-impl<T> fmt::Debug for LookupCursor<T> {
+impl<T: Transmittance, K: MapKind> fmt::Debug for LookupCursor<T, K> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { level, size, hits, .. } = self;
         f.debug_struct("LookupCursor")
@@ -334,7 +371,7 @@ impl<T> fmt::Debug for LookupCursor<T> {
     }
 }
 
-impl<T> Drop for LookupCursor<T> {
+impl<T: Transmittance, K: MapKind> Drop for LookupCursor<T, K> {
     fn drop(&mut self) {
         self.map.hand_in(&self.hits);
     }

@@ -10,56 +10,56 @@ use super::cursor::LookupCursor;
 use super::shard::{Key, Value};
 use super::statistics::Counters;
 use super::store::TileStore;
-use super::tile::CachedTile;
+use super::tile::{CachedTile, Held};
 use crate::error::{Error, Result};
-use crate::reader::MapReader;
+use crate::kind::{Deep, FieldKind, KindReader, MapKind};
 use crate::tile_id::TileId;
 
 /// An open map, which takes its tiles with it when it is closed.
 #[derive(Debug)]
-struct OpenMap {
-    reader: MapReader,
+struct OpenMap<K: MapKind> {
+    reader: KindReader<K>,
     number: u64,
     store: Arc<TileStore>,
 }
 
-impl Drop for OpenMap {
+impl<K: MapKind> Drop for OpenMap<K> {
     fn drop(&mut self) {
         self.store.forget(self.number);
     }
 }
 
-/// A map that is read through a [`TileCache`](crate::TileCache). Clones are
+/// A map of kind `K` that is read through a [`TileCache`](crate::cache::TileCache). Clones are
 /// the same map; any number of threads may use it, each with a cursor of its
 /// own. The last clone or cursor that is dropped closes the map, and the
 /// cache lets its tiles go.
 #[derive(Debug)]
-pub struct CachedMap<T> {
-    open: Arc<OpenMap>,
+pub struct CachedMap<T, K: MapKind = Deep> {
+    open: Arc<OpenMap<K>>,
     channels: PhantomData<T>,
 }
 
-impl<T> Clone for CachedMap<T> {
+impl<T, K: MapKind> Clone for CachedMap<T, K> {
     fn clone(&self) -> Self {
         Self { open: Arc::clone(&self.open), channels: PhantomData }
     }
 }
 
-impl<T: Transmittance> CachedMap<T> {
-    pub(super) fn new(reader: MapReader, number: u64, store: Arc<TileStore>) -> Result<Self> {
+impl<T: Transmittance, K: MapKind> CachedMap<T, K> {
+    pub(super) fn new(reader: KindReader<K>, number: u64, store: Arc<TileStore>) -> Result<Self> {
         reader.check_channels::<T>()?;
         Ok(Self { open: Arc::new(OpenMap { reader, number, store }), channels: PhantomData })
     }
 
     /// The map's file.
     #[must_use]
-    pub fn reader(&self) -> &MapReader {
+    pub fn reader(&self) -> &KindReader<K> {
         &self.open.reader
     }
 
     /// Looks up level 0, the finest.
     #[must_use]
-    pub fn cursor(&self) -> LookupCursor<T> {
+    pub fn cursor(&self) -> LookupCursor<T, K> {
         // A file without levels can't be opened.
         LookupCursor::new(self.clone(), 0, &self.open.reader.levels()[0])
     }
@@ -69,11 +69,49 @@ impl<T: Transmittance> CachedMap<T> {
     /// # Errors
     ///
     /// [`Error::NoSuchLevel`].
-    pub fn level_cursor(&self, level: u32) -> Result<LookupCursor<T>> {
+    pub fn level_cursor(&self, level: u32) -> Result<LookupCursor<T, K>> {
         let found = self.open.reader.container().level(level)?;
         Ok(LookupCursor::new(self.clone(), level, found))
     }
 
+    /// A tile, or `None` if it is empty, which costs nothing. The tile
+    /// stays in memory while it is held, whatever the budget. O(1) if the
+    /// cache holds it, else O(vertices).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NoSuchTile`], or what is wrong with the tile, in an
+    /// [`Error::Shared`]. The next call tries again.
+    pub fn tile(&self, id: TileId) -> Result<Held<K::Tile<T>>> {
+        self.tile_after(id, &Cell::new(0))
+    }
+
+    /// As [`Self::tile`]; hands in the `hits` that a cursor had since.
+    pub(super) fn tile_after(&self, id: TileId, hits: &Cell<u64>) -> Result<Held<K::Tile<T>>> {
+        let OpenMap { reader, number, store } = &*self.open;
+        let container = reader.container();
+        let (entry, _) = container.in_file(container.entry(id))?;
+        if entry.is_empty() {
+            hits.update(|hits| hits + 1);
+            self.hand_in(hits);
+            return Ok(None);
+        }
+        let key = Key { map: *number, tile: id };
+        let value = store.get_or_load(key, hits.take(), || {
+            let tile = CachedTile::new(reader.decode_tile::<T>(id)?, &store.counters);
+            let bytes = tile.bytes();
+            Ok((Arc::new(tile) as Value, bytes))
+        })?;
+        // A map's number stands for one kind and number of channels.
+        let tile = value.downcast::<CachedTile<K::Tile<T>>>().map_err(|_| Error::Channels {
+            channels: reader.metadata().channels,
+            asked: T::CHANNELS as u8,
+        })?;
+        Ok(Some(tile))
+    }
+}
+
+impl<T: Transmittance, K: FieldKind> CachedMap<T, K> {
     /// Looks up all levels of view 0, and between them.
     ///
     /// ```no_run
@@ -91,57 +129,25 @@ impl<T: Transmittance> CachedMap<T> {
     /// # Errors
     ///
     /// [`dsm_core::Error::Level`] if the levels are no pyramid.
-    pub fn pyramid(&self) -> Result<Pyramid<LookupCursor<T>>> {
-        let levels = self.open.reader.levels().iter().zip(0..);
-        let cursors = levels
-            .take_while(|(level, _)| level.view == 0)
-            .map(|(level, index)| LookupCursor::new(self.clone(), index, level));
-        Pyramid::new(cursors.collect())
-            .map_err(|error| Error::from(error).in_file(self.open.reader.container().path()))
+    pub fn pyramid(&self) -> Result<Pyramid<LookupCursor<T, K>>> {
+        self.view_pyramid(0)
     }
 
-    /// A tile, or `None` if it is 1 everywhere, which costs nothing. The tile
-    /// stays in memory while it is held, whatever the budget. O(1) if the
-    /// cache holds it, else O(vertices).
+    /// Looks up all levels of a view, and between them.
     ///
     /// # Errors
     ///
-    /// [`Error::NoSuchTile`], or what is wrong with the tile, in an
-    /// [`Error::Shared`]. The next call tries again.
-    pub fn tile(&self, id: TileId) -> Result<Option<Arc<CachedTile<T>>>> {
-        self.tile_after(id, &Cell::new(0))
-    }
-
-    /// As [`Self::tile`]; hands in the `hits` that a cursor had since.
-    pub(super) fn tile_after(
-        &self,
-        id: TileId,
-        hits: &Cell<u64>,
-    ) -> Result<Option<Arc<CachedTile<T>>>> {
-        let OpenMap { reader, number, store } = &*self.open;
-        let container = reader.container();
-        let (entry, _) = container.entry(id).map_err(|error| error.in_file(container.path()))?;
-        if entry.is_empty() {
-            hits.update(|hits| hits + 1);
-            self.hand_in(hits);
-            return Ok(None);
-        }
-        let key = Key { map: *number, tile: id };
-        let value = store.get_or_load(key, hits.take(), || {
-            let tile = CachedTile::new(reader.tile::<T>(id)?, &store.counters);
-            let bytes = tile.bytes();
-            Ok((Arc::new(tile) as Value, bytes))
-        })?;
-        // A map's number stands for one number of channels.
-        let tile = value.downcast::<CachedTile<T>>().map_err(|_| Error::Channels {
-            channels: reader.metadata().channels,
-            asked: T::CHANNELS as u8,
-        })?;
-        Ok(Some(tile))
+    /// [`dsm_core::Error::Level`] if the levels are no pyramid, or there is no such
+    /// view.
+    pub fn view_pyramid(&self, view: u32) -> Result<Pyramid<LookupCursor<T, K>>> {
+        let container = self.open.reader.container();
+        let levels = container.view(view);
+        let cursors = levels.map(|(index, level)| LookupCursor::new(self.clone(), index, level));
+        container.in_file(Pyramid::new(cursors.collect()).map_err(Error::from))
     }
 }
 
-impl<T> CachedMap<T> {
+impl<T, K: MapKind> CachedMap<T, K> {
     /// Adds a cursor's hits to the statistics.
     pub(super) fn hand_in(&self, hits: &Cell<u64>) {
         Counters::add(&self.open.store.counters.cursor_hits, hits.take());

@@ -30,12 +30,13 @@ use dsm_core::Transmittance;
 
 use self::map::CachedMap;
 use self::statistics::CacheStatistics;
-use self::store::TileStore;
 use crate::error::Result;
+use crate::kind::{KindReader, MapKind};
 use crate::limits::Limits;
 use crate::reader::MapReader;
+use store::TileStore;
 
-/// The tiles of any number of maps, within one byte budget; the least recently
+/// The tiles of any number of maps of any kinds, within one byte budget; the least recently
 /// used make room. Clones are the same cache.
 ///
 /// The budget bounds the tiles that the cache keeps, at any time
@@ -76,7 +77,7 @@ impl TileCache {
         self.store.budget()
     }
 
-    /// Opens a map, mapped into memory ([`MapReader::open`]). Opening a file
+    /// Opens a deep map, mapped into memory ([`MapReader::open`]). Opening a file
     /// twice makes two maps: it may have been replaced meanwhile.
     ///
     /// # Errors
@@ -90,13 +91,16 @@ impl TileCache {
         self.insert(MapReader::open(path, limits)?)
     }
 
-    /// Takes an open map.
+    /// Takes an open map of any kind.
     ///
     /// # Errors
     ///
-    /// [`Error::Channels`](crate::Error::Channels) if `T` has another number
+    /// [`Error::Channels`](crate::error::Error::Channels) if `T` has another number
     /// of channels than the map.
-    pub fn insert<T: Transmittance>(&self, reader: MapReader) -> Result<CachedMap<T>> {
+    pub fn insert<T: Transmittance, K: MapKind>(
+        &self,
+        reader: KindReader<K>,
+    ) -> Result<CachedMap<T, K>> {
         let number = self.next_map.fetch_add(1, Ordering::Relaxed);
         CachedMap::new(reader, number, Arc::clone(&self.store))
     }

@@ -10,7 +10,7 @@ use std::ops::Range;
 
 use dsm_core::Transmittance;
 
-use super::tile::CachedTile;
+use crate::kind::FieldKind;
 
 /// How far a lookup went from the one before, in pixels, modulo 2³².
 #[derive(Clone, Copy, Debug)]
@@ -46,27 +46,27 @@ impl RowsAhead {
     /// Touches those of `rows` that were not, if a neighbour was looked up
     /// before. They lie within the tile, whose first row is `top`.
     #[inline(always)]
-    pub(super) fn include<T: Transmittance>(
+    pub(super) fn include<K: FieldKind, T: Transmittance>(
         &self,
         rows: &Range<u32>,
         step: Step,
         top: u32,
-        tile: Option<&CachedTile<T>>,
+        tile: Option<&K::Tile<T>>,
     ) {
         let [start, end] = self.0.get();
         if rows.start < start || rows.end > end {
-            self.touch([rows.start, rows.end], step, top, tile);
+            self.touch::<K, T>([rows.start, rows.end], step, top, tile);
         }
     }
 
     #[cold]
     #[inline(never)]
-    fn touch<T: Transmittance>(
+    fn touch<K: FieldKind, T: Transmittance>(
         &self,
         rows: [u32; 2],
         step: Step,
         top: u32,
-        tile: Option<&CachedTile<T>>,
+        tile: Option<&K::Tile<T>>,
     ) {
         let (Some(tile), true) = (tile, step.is_near()) else { return };
         let touched = self.0.get();
@@ -74,12 +74,12 @@ impl RowsAhead {
         let is_apart = rows[0] > touched[1] || rows[1] < touched[0];
         if is_apart || end - start > Self::MOST {
             self.0.set(rows);
-            tile.touch(rows[0] - top..rows[1] - top);
+            K::prefetch(tile, rows[0] - top..rows[1] - top);
         } else {
             self.0.set([start, end]);
             // One of both is empty, unless the block grew.
-            tile.touch(start - top..touched[0] - top);
-            tile.touch(touched[1] - top..end - top);
+            K::prefetch(tile, start - top..touched[0] - top);
+            K::prefetch(tile, touched[1] - top..end - top);
         }
     }
 }
@@ -87,14 +87,14 @@ impl RowsAhead {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tile::Tile;
-    use dsm_core::{PixelListsBuilder, Rgb, Vertex};
+    use crate::kind::Deep;
+    use dsm_core::{PixelLists, PixelListsBuilder, Rgb, Vertex};
 
     const NEAR: Step = Step([3, 0_u32.wrapping_sub(8)]);
     const FAR: Step = Step([0, 9]);
 
     /// Rows 100 to 164 of a level: 0 to 4 vertices a pixel.
-    fn tile<T: Transmittance>() -> CachedTile<T> {
+    fn tile<T: Transmittance>() -> PixelLists<T> {
         let mut pixels = PixelListsBuilder::new(3, 64);
         for pixel in 0..3 * 64 {
             for vertex in 0..pixel % 5 {
@@ -102,7 +102,7 @@ mod tests {
             }
             pixels.finish_pixel().unwrap();
         }
-        CachedTile::new(Tile::Owned(pixels.finish().unwrap()), &Default::default())
+        pixels.finish().unwrap()
     }
 
     fn rows_are_touched<T: Transmittance>() {
@@ -120,11 +120,11 @@ mod tests {
             (150..152, NEAR, [150, 156]),
             (149..157, NEAR, [149, 157]),
         ] {
-            ahead.include(&rows, step, 100, Some(&tile));
+            ahead.include::<Deep, T>(&rows, step, 100, Some(&tile));
             assert_eq!(ahead.0.get(), touched, "{rows:?}");
         }
         ahead.forget();
-        ahead.include(&(100..164), NEAR, 100, None::<&CachedTile<T>>);
+        ahead.include::<Deep, T>(&(100..164), NEAR, 100, None);
         assert_eq!(ahead.0.get(), [0, 0]);
     }
 

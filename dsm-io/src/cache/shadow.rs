@@ -11,24 +11,25 @@ use glam::DVec3;
 use super::cursor::LookupCursor;
 use super::map::CachedMap;
 use crate::error::{Error, Result};
+use crate::kind::{Deep, FieldKind};
 
 /// Cursors over the levels of a [`CachedMap`], with the tiles they hold, lent
 /// to one task at a time.
 #[derive(Debug)]
-pub struct CursorPool<T> {
-    map: CachedMap<T>,
+pub struct CursorPool<T: Transmittance, K: FieldKind = Deep> {
+    map: CachedMap<T, K>,
     finest_only: bool,
     /// Those that nobody uses now.
-    idle: Mutex<Vec<Pyramid<LookupCursor<T>>>>,
+    idle: Mutex<Vec<Pyramid<LookupCursor<T, K>>>>,
 }
 
-impl<T: Transmittance> CursorPool<T> {
+impl<T: Transmittance, K: FieldKind> CursorPool<T, K> {
     /// Cursors over the levels that `level` may read.
     ///
     /// # Errors
     ///
     /// As [`CachedMap::pyramid`], if that is more than level 0.
-    pub fn new(map: CachedMap<T>, level: LevelChoice) -> Result<Self> {
+    pub fn new(map: CachedMap<T, K>, level: LevelChoice) -> Result<Self> {
         let finest_only = level == LevelChoice::FINEST;
         let pool = Self { map, finest_only, idle: Mutex::default() };
         pool.with_pyramid(|_| Ok::<_, Error>(()))?;
@@ -37,7 +38,7 @@ impl<T: Transmittance> CursorPool<T> {
 
     /// The map.
     #[must_use]
-    pub const fn map(&self) -> &CachedMap<T> {
+    pub const fn map(&self) -> &CachedMap<T, K> {
         &self.map
     }
 
@@ -48,7 +49,7 @@ impl<T: Transmittance> CursorPool<T> {
     /// What `ask` says.
     pub fn with_pyramid<R, E: From<Error>>(
         &self,
-        ask: impl FnOnce(&Pyramid<LookupCursor<T>>) -> Result<R, E>,
+        ask: impl FnOnce(&Pyramid<LookupCursor<T, K>>) -> Result<R, E>,
     ) -> Result<R, E> {
         let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let pyramid = match idle {
@@ -84,31 +85,31 @@ impl<T: Transmittance> CursorPool<T> {
 /// # Ok::<(), dsm_io::Error>(())
 /// ```
 #[derive(Debug)]
-pub struct CachedShadow<T> {
-    cursors: CursorPool<T>,
+pub struct CachedShadow<T: Transmittance, K: FieldKind = Deep> {
+    cursors: CursorPool<T, K>,
     lookup: ShadowLookup,
     biases: Mutex<BiasSummary>,
 }
 
-impl<T: Transmittance> CachedShadow<T> {
+impl<T: Transmittance, K: FieldKind> CachedShadow<T, K> {
     /// Asks `map` as `lookup` says.
     ///
     /// # Errors
     ///
     /// As [`CachedMap::pyramid`], if more than level 0 is asked.
-    pub fn new(map: CachedMap<T>, lookup: ShadowLookup) -> Result<Self> {
+    pub fn new(map: CachedMap<T, K>, lookup: ShadowLookup) -> Result<Self> {
         Ok(Self::of_cursors(CursorPool::new(map, lookup.level())?, lookup))
     }
 
     /// Asks the map of `cursors`, which have the levels that `lookup` reads.
     #[must_use]
-    pub fn of_cursors(cursors: CursorPool<T>, lookup: ShadowLookup) -> Self {
+    pub fn of_cursors(cursors: CursorPool<T, K>, lookup: ShadowLookup) -> Self {
         Self { cursors, lookup, biases: Mutex::default() }
     }
 
     /// The cursors over the map.
     #[must_use]
-    pub const fn cursors(&self) -> &CursorPool<T> {
+    pub const fn cursors(&self) -> &CursorPool<T, K> {
         &self.cursors
     }
 
@@ -119,7 +120,7 @@ impl<T: Transmittance> CachedShadow<T> {
     }
 }
 
-impl<T: Transmittance> LightVisibility for CachedShadow<T> {
+impl<T: Transmittance, K: FieldKind> LightVisibility for CachedShadow<T, K> {
     type Value = T;
     type Error = Error;
 

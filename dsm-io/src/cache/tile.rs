@@ -1,68 +1,39 @@
 //! A tile in the cache.
 
-use std::hint::black_box;
-use std::ops::Range;
 use std::sync::Arc;
 
-use dsm_core::{PixelLists, PixelListsView, Transmittance};
+use dsm_core::detail::PixelListsView;
+use dsm_core::{PixelLists, Transmittance};
 
 use super::statistics::Counters;
-use crate::tile::Tile;
+use crate::kind::MapTile;
 
-/// Vertices of the rows that are touched: more would fill the nearest cache,
-/// and rows that long are streams which the processor sees by itself.
-const MOST_TOUCHED: usize = 1 << 14;
-
-/// A tile's pixels, held in memory by whoever has it.
+/// A tile's pixels, held in memory by whoever has it: of a deep map
+/// [`PixelLists`], of another kind its [`MapKind::Tile`](crate::kind::map_kind::MapKind::Tile).
 #[derive(Debug)]
-pub struct CachedTile<T> {
-    pixels: PixelLists<T>,
+pub struct CachedTile<P> {
+    pixels: P,
     bytes: u64,
     counters: Arc<Counters>,
 }
 
-impl<T: Transmittance> CachedTile<T> {
-    /// A copy of a tile that lies in its file, or the one that was decoded.
-    pub(super) fn new(tile: Tile<'_, T>, counters: &Arc<Counters>) -> Self {
-        let pixels = match tile {
-            Tile::Borrowed(pixels) => pixels.to_lists(),
-            Tile::Owned(pixels) => pixels,
-        };
-        let view = pixels.view();
-        let table = view.starts().len() + view.value_starts().len();
-        let columns = view.depths().len() + view.values().len();
-        let bytes = 4 * (table + columns) as u64;
+/// A tile that somebody holds; none if it is empty.
+pub(super) type Held<P> = Option<Arc<CachedTile<P>>>;
+
+impl<P: MapTile> CachedTile<P> {
+    pub(super) fn new(pixels: P, counters: &Arc<Counters>) -> Self {
+        let bytes = pixels.bytes();
         counters.tile_made(bytes);
         Self { pixels, bytes, counters: Arc::clone(counters) }
     }
+}
 
+impl<P> CachedTile<P> {
     /// The tile's pixels.
     #[must_use]
     #[inline(always)]
-    pub fn view(&self) -> PixelListsView<'_, T> {
-        self.pixels.view()
-    }
-
-    /// Asks memory for all that lookups read of these rows, which lie within
-    /// the tile: a word of every cache line, none waiting for another, so that
-    /// they come together and not one after the other. O(vertices / 16).
-    pub(super) fn touch(&self, rows: Range<u32>) {
-        let view = self.view();
-        let width = view.width() as usize;
-        let pixels = rows.start as usize * width..rows.end as usize * width;
-        let of = |starts: &[u32]| starts[pixels.start] as usize..starts[pixels.end] as usize;
-        let depths = of(view.starts());
-        if depths.len() <= MOST_TOUCHED {
-            touch(&view.starts()[pixels.clone()], |&start| start);
-            touch(&view.depths()[depths.clone()], |depth| depth.to_bits());
-            let values = if T::CHANNELS == 1 {
-                depths
-            } else {
-                touch(&view.value_starts()[pixels.clone()], |&start| start);
-                of(view.value_starts())
-            };
-            touch(&view.values()[values], |value| value.to_bits());
-        }
+    pub const fn pixels(&self) -> &P {
+        &self.pixels
     }
 
     /// Bytes of the tile's columns and pixel tables, which is what the budget
@@ -73,15 +44,17 @@ impl<T: Transmittance> CachedTile<T> {
     }
 }
 
-impl<T> Drop for CachedTile<T> {
-    fn drop(&mut self) {
-        self.counters.tile_dropped(self.bytes);
+impl<T: Transmittance> CachedTile<PixelLists<T>> {
+    /// The pixels of a deep map's tile.
+    #[must_use]
+    #[inline(always)]
+    pub fn view(&self) -> PixelListsView<'_, T> {
+        self.pixels.view()
     }
 }
 
-/// Reads a word of every cache line.
-#[inline(always)]
-fn touch<V>(column: &[V], bits: impl Fn(&V) -> u32) {
-    let words = column.iter().step_by(16).chain(column.last());
-    black_box(words.fold(0, |sum, word| sum ^ bits(word)));
+impl<P> Drop for CachedTile<P> {
+    fn drop(&mut self) {
+        self.counters.tile_dropped(self.bytes);
+    }
 }

@@ -4,17 +4,17 @@
 //! the end); for coloured maps where each pixel's values start, and one bit a
 //! pixel whether it has one channel only; the depths; the values.
 
-use dsm_core::{PixelLists, PixelListsView, Transmittance};
+use std::borrow::Cow;
+
+use dsm_core::detail::PixelListsView;
+use dsm_core::{PixelLists, Transmittance};
 
 use super::packed::unpack;
 use super::tile_columns::{TileColumn, mono_flags};
-use super::{Block, words};
-use crate::error::{Error, Place, Result, check_limit};
-use crate::format::directory::TileEntry;
-use crate::format::encoded_tile::EncodedTile;
-use crate::limits::Limits;
+use super::{Block, EncodedTile, words};
+use crate::error::{Error, Result};
+use crate::kind::StoredTile;
 use crate::tile::Tile;
-use crate::tile_id::TileRect;
 
 const COLUMNS: usize = 5;
 
@@ -45,25 +45,21 @@ pub(super) fn depth_range<T: Transmittance>(pixels: PixelListsView<'_, T>) -> [f
 
 /// Lengths of the columns, in words.
 pub(super) fn column_lengths(
-    entry: &TileEntry,
-    rect: TileRect,
+    stored: &StoredTile<'_>,
+    raw_length: u64,
     channels: usize,
-    place: Place,
-    limits: &Limits,
 ) -> Result<[usize; COLUMNS]> {
-    check_limit("pixels of a tile", rect.pixel_count(), limits.max_pixels)?;
-    check_limit("bytes of a tile", entry.raw_length, limits.max_chunk_bytes)?;
-    let refuse = |reason| Err(Error::invalid(place, reason));
+    let refuse = |reason| Err(Error::invalid(stored.place, reason));
     let coloured = u64::from(channels > 1);
-    let pixels = rect.pixel_count();
+    let pixels = stored.pixel_count();
     let starts = pixels + 1;
     let flags = coloured * pixels.div_ceil(32);
     let table = starts * (1 + coloured) + flags;
-    if !entry.raw_length.is_multiple_of(4) {
+    if !raw_length.is_multiple_of(4) {
         return refuse("its length is not a multiple of 4");
     }
-    let vertices = entry.vertex_count;
-    let values = (entry.raw_length / 4).checked_sub(table).and_then(|n| n.checked_sub(vertices));
+    let vertices = stored.entry.vertex_count;
+    let values = (raw_length / 4).checked_sub(table).and_then(|n| n.checked_sub(vertices));
     let Some(values) = values else {
         return refuse("its length has no room for its pixels and vertices");
     };
@@ -71,19 +67,14 @@ pub(super) fn column_lengths(
     if vertices == 0 || !(vertices..=most).contains(&values) {
         return refuse("its length does not fit its number of vertices");
     }
-    // All are below the length, which the limit holds to a machine's size.
+    // All are below the length, which a limit holds to a machine's size.
     Ok([starts, coloured * starts, flags, vertices, values].map(|length| length as usize))
 }
 
 /// Decodes a payload whose checksum was found right, in place if it can.
-pub(crate) fn decode<'a, T: Transmittance>(
-    payload: &'a [u8],
-    entry: &TileEntry,
-    rect: TileRect,
-    place: Place,
-    limits: &Limits,
-) -> Result<Tile<'a, T>> {
-    let lengths = column_lengths(entry, rect, T::CHANNELS, place, limits)?;
+pub(crate) fn decode<T: Transmittance>(stored: StoredTile<'_>) -> Result<Tile<'_, T>> {
+    let lengths = column_lengths(&stored, stored.entry.raw_length, T::CHANNELS)?;
+    let StoredTile { payload, entry, rect, place, .. } = stored;
     let size = (rect.width, rect.height);
     let not_valid = |error| Error::Function { place, error };
     let refuse = |reason: &'static str| Error::invalid(place, reason);
@@ -92,21 +83,21 @@ pub(crate) fn decode<'a, T: Transmittance>(
             if payload.len() as u64 != entry.raw_length || entry.differences != 0 {
                 return Err(refuse("a plain tile is as long as its columns and stores words"));
             }
-            match words::from_bytes(payload) {
-                std::borrow::Cow::Borrowed(words) => {
+            match words::from_payload(payload) {
+                Cow::Borrowed(words) => {
                     let [starts, value_starts, flags, z, values] = split(words, lengths);
                     let (z, values) = (bytemuck::cast_slice(z), bytemuck::cast_slice(values));
                     let pixels = PixelListsView::new(size, starts, value_starts, z, values);
                     (Tile::Borrowed(pixels.map_err(not_valid)?), flags.to_vec())
                 }
-                std::borrow::Cow::Owned(words) => {
+                Cow::Owned(words) => {
                     let columns = split(&words, lengths).map(<[u32]>::to_vec);
                     own(size, columns).map_err(not_valid)?
                 }
             }
         }
         Some(Block::Zstd) => {
-            let columns = unpack(payload, lengths, entry.differences).map_err(refuse)?;
+            let columns = unpack(&payload, lengths, entry.differences).map_err(refuse)?;
             own(size, columns).map_err(not_valid)?
         }
         None => {

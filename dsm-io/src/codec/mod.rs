@@ -9,7 +9,8 @@ pub(crate) mod quantized;
 pub(crate) mod tile_columns;
 mod words;
 
-use dsm_core::{PixelListsView, Transmittance};
+use dsm_core::Transmittance;
+use dsm_core::detail::PixelListsView;
 
 use crate::error::Result;
 use crate::format::encoded_tile::EncodedTile;

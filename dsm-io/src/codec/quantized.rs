@@ -6,18 +6,17 @@
 //! before, which is never negative within a pixel. What lies on no grid is left
 //! to codec 0.
 
-use dsm_core::{PixelLists, PixelListsView, Transmittance};
+use dsm_core::detail::PixelListsView;
+use dsm_core::{PixelLists, Transmittance};
 
 use super::exact::{column_lengths, depth_range};
 use super::packed::unpack;
 use super::tile_columns::{TileColumn, mono_flags};
 use super::{Block, Codec, exact, words};
-use crate::error::{Error, Place, Result};
-use crate::format::directory::TileEntry;
+use crate::error::{Error, Result};
 use crate::format::encoded_tile::EncodedTile;
-use crate::limits::Limits;
+use crate::kind::StoredTile;
 use crate::tile::Tile;
-use crate::tile_id::TileRect;
 
 /// The most bits behind the point that a value may have: an `f32` in (½, 1]
 /// has no more.
@@ -151,29 +150,23 @@ pub(super) fn encode<T: Transmittance>(
 }
 
 /// Decodes a payload whose checksum was found right.
-pub(crate) fn decode<T: Transmittance>(
-    payload: &[u8],
-    entry: &TileEntry,
-    rect: TileRect,
-    place: Place,
-    limits: &Limits,
-) -> Result<Tile<'static, T>> {
+pub(crate) fn decode<T: Transmittance>(stored: StoredTile<'_>) -> Result<Tile<'static, T>> {
+    let place = stored.place;
     let refuse = |reason: &'static str| Error::invalid(place, reason);
-    let others = TileEntry {
-        raw_length: entry.raw_length.checked_sub(4).ok_or_else(|| refuse("it has no header"))?,
-        ..*entry
-    };
+    let others = stored.entry.raw_length.checked_sub(4);
+    let others = others.ok_or_else(|| refuse("it has no header"))?;
     let [starts, value_starts, flags, depths, values] =
-        column_lengths(&others, rect, T::CHANNELS, place, limits)?;
+        column_lengths(&stored, others, T::CHANNELS)?;
+    let StoredTile { payload, entry, rect, .. } = stored;
     let lengths = [1, starts, value_starts, flags, depths, values];
     let columns = match Block::from_tag(entry.block) {
         Some(Block::Plain) => {
             if payload.len() as u64 != entry.raw_length || entry.differences != 0 {
                 return Err(refuse("a plain tile is as long as its columns and stores words"));
             }
-            exact::split(&words::from_bytes(payload), lengths).map(<[u32]>::to_vec)
+            exact::split(&words::from_bytes(&payload), lengths).map(<[u32]>::to_vec)
         }
-        Some(Block::Zstd) => unpack(payload, lengths, entry.differences).map_err(refuse)?,
+        Some(Block::Zstd) => unpack(&payload, lengths, entry.differences).map_err(refuse)?,
         None => {
             return Err(Error::Unsupported { place, what: format!("block {}", entry.block) });
         }
@@ -244,7 +237,11 @@ fn restore_depths(
 
 #[cfg(test)]
 mod tests {
+    use std::borrow::Cow;
+
     use super::*;
+    use crate::error::Place;
+    use crate::tile_id::TileRect;
     use dsm_core::{PixelListsBuilder, Rgb, Vertex};
 
     fn rect(width: u32) -> TileRect {
@@ -284,8 +281,9 @@ mod tests {
         encoded: &EncodedTile,
         width: u32,
     ) -> Result<Tile<'static, T>> {
-        let entry = encoded.entry();
-        decode(&encoded.bytes, &entry, rect(width), Place::Prologue, &Limits::default())
+        let (payload, entry) = (Cow::Borrowed(encoded.bytes.as_slice()), encoded.entry());
+        let (rect, place) = (rect(width), Place::Prologue);
+        decode(StoredTile { payload, entry: &entry, rect, place })
     }
 
     fn assert_same<T: Transmittance>(a: PixelListsView<'_, T>, b: PixelListsView<'_, T>) {

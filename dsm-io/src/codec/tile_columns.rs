@@ -2,16 +2,14 @@
 
 use std::borrow::Cow;
 
-use dsm_core::{PixelLists, PixelListsView, Transmittance};
+use dsm_core::detail::PixelListsView;
+use dsm_core::{PixelLists, Transmittance};
 
 use super::packed::{Differences, pack, should_difference, unpack_planes, unshuffle};
-use super::{Block, Codec, words};
-use crate::error::{Error, Place, Result, check_limit};
-use crate::format::container::Container;
+use super::{Block, Codec, EncodedTile, words};
+use crate::error::{Error, Place, Result};
 use crate::format::directory::TileEntry;
-use crate::format::encoded_tile::EncodedTile;
-use crate::limits::Limits;
-use crate::tile_id::{TileId, TileRect};
+use crate::kind::StoredTile;
 
 /// A column of a tile of any kind of map.
 #[derive(Clone, Copy, Debug)]
@@ -133,8 +131,8 @@ impl EncodedTile {
     }
 }
 
-/// Reads the columns of a tile of any kind of map, one after the other. What is
-/// asked for is compared with what the tile holds before memory is taken.
+/// Reads the columns of a tile of any kind of map, one after the other
+/// ([`StoredTile::columns`]). What is asked for is compared with what the tile holds before memory is taken.
 #[derive(Debug)]
 pub struct ColumnReader<'a> {
     /// What is left of the unpacked payload.
@@ -147,27 +145,9 @@ pub struct ColumnReader<'a> {
 }
 
 impl<'a> ColumnReader<'a> {
-    /// The columns of a tile, and which pixels it covers; no columns if the
-    /// tile is empty. Checks the checksum and unpacks the payload. O(bytes).
-    ///
-    /// # Errors
-    ///
-    /// [`Error::NoSuchTile`], [`Error::Limit`], or what is wrong with the tile.
-    pub fn open(
-        container: &'a Container,
-        id: TileId,
-        limits: &Limits,
-    ) -> Result<(Option<Self>, TileRect)> {
-        let (entry, rect) = container.entry(id)?;
-        check_limit("pixels of a tile", rect.pixel_count(), limits.max_pixels)?;
-        if entry.is_empty() {
-            return Ok((None, rect));
-        }
-        let place = entry.place(id);
-        check_limit("bytes of a tile", entry.raw_length, limits.max_chunk_bytes)?;
-        if Codec::from_tag(entry.codec) != Some(Codec::Exact) {
-            return Err(Error::Unsupported { place, what: format!("codec {}", entry.codec) });
-        }
+    /// The columns of a tile of codec 0, unpacked.
+    pub(crate) fn new(stored: StoredTile<'a>) -> Result<Self> {
+        let StoredTile { payload, entry, place, .. } = stored;
         let refuse = |reason: &'static str| Error::invalid(place, reason);
         if !entry.raw_length.is_multiple_of(4) {
             return Err(refuse("its length is not a multiple of 4"));
@@ -175,18 +155,17 @@ impl<'a> ColumnReader<'a> {
         if entry.depth_error != 0.0 {
             return Err(refuse("exact depths are stated to have an error"));
         }
-        let payload = container.payload(id)?;
         let (rest, is_packed) = match Block::from_tag(entry.block) {
             Some(Block::Plain) => {
                 if payload.len() as u64 != entry.raw_length || entry.differences != 0 {
                     let reason = "a plain tile is as long as its columns and stores words";
                     return Err(refuse(reason));
                 }
-                (Cow::Borrowed(payload), false)
+                (payload, false)
             }
             Some(Block::Zstd) => {
                 // The limit holds it to a machine's size.
-                let planes = unpack_planes(payload, entry.raw_length as usize).map_err(refuse)?;
+                let planes = unpack_planes(&payload, entry.raw_length as usize).map_err(refuse)?;
                 (Cow::Owned(planes), true)
             }
             None => {
@@ -194,7 +173,7 @@ impl<'a> ColumnReader<'a> {
             }
         };
         let (entry, differences) = (*entry, entry.differences);
-        Ok((Some(Self { rest, at: 0, is_packed, differences, entry, place }), rect))
+        Ok(Self { rest, at: 0, is_packed, differences, entry, place })
     }
 
     /// What the directory says of the tile.

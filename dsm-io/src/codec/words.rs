@@ -16,6 +16,14 @@ pub(super) fn from_bytes(bytes: &[u8]) -> Cow<'_, [u32]> {
     Cow::Owned(words.collect())
 }
 
+/// The words of a payload, in place where they lie in memory that stays.
+pub(super) fn from_payload(payload: Cow<'_, [u8]>) -> Cow<'_, [u32]> {
+    match payload {
+        Cow::Borrowed(bytes) => from_bytes(bytes),
+        Cow::Owned(bytes) => Cow::Owned(from_bytes(&bytes).into_owned()),
+    }
+}
+
 /// Appends the words of a column.
 pub(super) fn append(column: &[u32], bytes: &mut Vec<u8>) {
     if cfg!(target_endian = "little") {

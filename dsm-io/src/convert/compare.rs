@@ -1,10 +1,10 @@
 //! How far a map is from what it stands for.
 
+use std::ops::ControlFlow;
 use std::ops::Range;
 
-use dsm_core::{
-    DifferenceSummary, Rgb, Tolerance, Transmittance, VisibilityDifference, VisibilityFunction,
-};
+use dsm_core::detail::{DifferenceSummary, VisibilityDifference};
+use dsm_core::{Progress, Rgb, Tolerance, Transmittance, VisibilityFunction};
 use rayon::prelude::*;
 
 use super::report::ImportReport;
@@ -14,6 +14,7 @@ use crate::achieved_error::AchievedError;
 use crate::blocks::{BLOCKS_A_THREAD, Blocks, is_empty, stated_depth_error};
 use crate::error::{Error, Result};
 use crate::format::level::Level;
+use crate::progress::tell;
 use crate::reader::MapReader;
 use crate::region::Region;
 use crate::tile_id::TileRect;
@@ -39,7 +40,7 @@ enum Measure {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MapDifference {
     /// The mean of the pixels' means, over all levels; see
-    /// [`VisibilityDifference::mean`](dsm_core::VisibilityDifference::mean).
+    /// [`VisibilityDifference::mean`](dsm_core::detail::VisibilityDifference::mean).
     pub mean: f64,
     /// The largest difference of any pixel, depth and channel, and where it
     /// stands; `None` if there is no difference.
@@ -89,7 +90,7 @@ impl MapDifference {
 pub fn compare(
     a: &mut MapSource,
     b: &mut MapSource,
-    progress: impl FnMut(u32),
+    progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<MapDifference> {
     measure(a, b, Measure::Difference, progress)
 }
@@ -98,7 +99,7 @@ fn measure(
     a: &mut MapSource,
     b: &mut MapSource,
     by: Measure,
-    mut progress: impl FnMut(u32),
+    mut progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<MapDifference> {
     check_alike(a, b)?;
     match (&*a, &*b) {
@@ -121,13 +122,12 @@ fn measure(
 pub fn compare_levels(
     a: &mut MapSource,
     b: &mut MapSource,
-    mut progress: impl FnMut(u64, u64),
+    mut progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<MapDifference> {
     check_alike(a, b)?;
-    let total = u64::from(a.size()[1]);
     let (MapSource::Map(a), MapSource::Map(b)) = (&*a, &*b) else {
         let by = Measure::Difference;
-        return compare_rows_of(a, b, by, |rows| progress(rows.into(), total));
+        return compare_rows_of(a, b, by, progress);
     };
     if let (Some(one), Some(other)) = (a.crop(), b.crop())
         && one != other
@@ -150,7 +150,7 @@ pub fn compare_levels(
     let total = common.iter().map(|(_, level, _)| u64::from(level.height)).sum();
     let (mut before, mut levels) = (0, Vec::new());
     for (index, level, _) in &common {
-        let rows_done = &mut |rows: u32| progress(before + u64::from(rows), total);
+        let rows_done = &mut |rows: Progress| progress(Progress::new(before + rows.done, total));
         let summary = compare_maps(a, b, *index, Measure::Difference, rows_done)?;
         levels.push((*index, level.width, summary));
         before += u64::from(level.height);
@@ -178,7 +178,7 @@ fn compare_rows_of(
     a: &mut MapSource,
     b: &mut MapSource,
     by: Measure,
-    mut progress: impl FnMut(u32),
+    mut progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<MapDifference> {
     let [width, height] = a.size();
     let mut summary = DifferenceSummary::default();
@@ -190,7 +190,7 @@ fn compare_rows_of(
             compare_rows::<Rgb>(a, b, by, width, rows.clone())
         }?;
         summary.merge(&band);
-        progress(rows.end);
+        tell(&mut progress, rows.end, height)?;
     }
     Ok(MapDifference::of_levels([(0, width, summary)]))
 }
@@ -201,7 +201,7 @@ fn compare_maps(
     b: &MapReader,
     index: u32,
     by: Measure,
-    progress: &mut impl FnMut(u32),
+    progress: &mut impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<DifferenceSummary> {
     let (level, other) = (a.container().level(index)?, b.container().level(index)?);
     let blocks = Blocks::new(level, [other]);
@@ -223,7 +223,7 @@ fn compare_maps(
             .collect::<Result<Vec<_>>>()?;
         compared.iter().for_each(|block| summary.merge(block));
         let last = blocks.rect(end - 1);
-        progress(last.y + last.height);
+        tell(progress, last.y + last.height, level.height)?;
     }
     Ok(summary)
 }
@@ -282,7 +282,7 @@ fn compare_block<T: Transmittance>(
 pub fn check_bound(
     map: MapReader,
     source: &mut MapSource,
-    progress: impl FnMut(u32),
+    progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<MapDifference> {
     let stated = map.metadata().info.tolerance.epsilon();
     let map = &mut MapSource::Map(Box::new(map));

@@ -1,11 +1,12 @@
 //! From a map to a deep OpenEXR, a row of tiles at a time.
 
+use std::ops::ControlFlow;
 use std::path::Path;
 
-use deep_exr::{
-    Block, ChunkEncoder, DeepExrWriter, EncodedChunk, Layout, SampleType, WriteOptions,
-};
-use dsm_core::{Rgb, Transmittance, VisibilityView};
+use deep_exr::detail::{Block, ChunkEncoder, EncodedChunk};
+use deep_exr::{DeepExrWriter, Layout, SampleType, WriteOptions};
+use dsm_core::detail::VisibilityView;
+use dsm_core::{Progress, Rgb, Transmittance};
 use rayon::prelude::*;
 
 use super::export_options::ExportOptions;
@@ -15,6 +16,7 @@ use super::rows::SourceRows;
 use super::source::MapSource;
 use crate::error::{Error, Result};
 use crate::format::atomic_file::AtomicFile;
+use crate::progress::tell;
 use crate::region::Region;
 
 /// What an export wrote.
@@ -57,7 +59,7 @@ pub struct ExportReport {
 ///
 /// let mut map = MapSource::open("shadow.dsm".as_ref(), None, &Limits::default())?;
 /// let options = ExportOptions::default();
-/// let report = export_deep_exr(&mut map, "shadow.exr".as_ref(), &options, |_| ())?;
+/// let report = export_deep_exr(&mut map, "shadow.exr".as_ref(), &options, Progress::ignore)?;
 /// println!("{} samples, off by {} at most", report.samples, report.total);
 /// # Ok::<(), dsm_io::Error>(())
 /// ```
@@ -70,7 +72,7 @@ pub fn export_deep_exr(
     source: &mut MapSource,
     output: &Path,
     options: &ExportOptions,
-    progress: impl FnMut(u32),
+    progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<ExportReport> {
     let MapSource::Map(map) = &*source else {
         return Err(Error::setting(
@@ -136,7 +138,7 @@ impl Export<'_> {
         &self,
         source: &mut MapSource,
         output: &Path,
-        mut progress: impl FnMut(u32),
+        mut progress: impl FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<(u64, u32, f64)> {
         let in_output = |error| Error::from(error).in_file(Some(output));
         let mut writer =
@@ -165,7 +167,7 @@ impl Export<'_> {
                 samples += chunk.samples;
                 worst = worst.max(chunk.worst);
             }
-            progress(rows.end);
+            tell(&mut progress, rows.end, source.size()[1])?;
             first = end;
         }
         let max_samples = writer.max_samples();

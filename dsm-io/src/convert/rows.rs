@@ -4,10 +4,8 @@
 use std::ops::Range;
 
 use deep_exr::DeepRows;
-use dsm_core::{
-    RayHits, SumVertex, Transmittance, TransmittanceBuilder, TransmittanceFunction, Vertex,
-    VisibilityView,
-};
+use dsm_core::detail::{SumVertex, TransmittanceBuilder, TransmittanceFunction, VisibilityView};
+use dsm_core::{RayHits, Transmittance, Vertex};
 
 use super::deep_samples::collect_hits;
 use super::report::ImportReport;

@@ -4,7 +4,8 @@ use std::ops::Range;
 use std::path::Path;
 
 use deep_exr::{AlphaChannels, DeepExrReader, Header, Window};
-use dsm_core::{DepthKind, MapInfo, PixelWindow, ShadowCamera, Tolerance, Transmittance};
+use dsm_core::detail::PixelWindow;
+use dsm_core::{DepthKind, MapInfo, ShadowCamera, Tolerance, Transmittance};
 use glam::DMat4;
 
 use super::report::ImportReport;

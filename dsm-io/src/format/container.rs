@@ -1,14 +1,16 @@
 //! A file's sections, levels and tiles, whatever they mean.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use super::directory::{ENTRY_BYTES, TileDirectory, TileEntry};
 use super::extent::check_cover;
 use super::level::{LEVEL_BYTES, Level, broken_order};
-use super::prologue::Prologue;
+use super::prologue::{PROLOGUE_BYTES, Prologue};
 use super::section::{SECTION_ENTRY_BYTES, Section};
 use crate::achieved_error::AchievedError;
-use crate::error::{Error, Place, Result, check_limit};
+use crate::error::{Error, Result};
+use crate::error::{Place, check_limit};
 use crate::limits::Limits;
 use crate::section_kind::SectionKind;
 use crate::source::Source;
@@ -28,6 +30,7 @@ pub struct Container {
     path: Option<PathBuf>,
     minor: u16,
     sections: Vec<Section>,
+    metadata: Vec<u8>,
     levels: Vec<Level>,
     directories: Vec<TileDirectory>,
 }
@@ -72,13 +75,16 @@ impl Container {
     }
 
     fn read(source: Box<dyn Source>, path: Option<&Path>, limits: &Limits) -> Result<Self> {
-        let file = source.bytes();
-        let prologue = Prologue::decode(file, file.len() as u64)?;
+        let file = &*source;
+        let length = file.length();
+        let start = file.read(0..length.min(PROLOGUE_BYTES as u64))?;
+        let prologue = Prologue::decode(&start, length)?;
+        drop(start);
         let sections = read_sections(file, &prologue, limits)?;
         let (levels, directories) = read_levels(file, &sections, prologue.minor, limits)?;
-        let metadata = find(&sections, SectionKind::METADATA)?;
-        check_limit("bytes of metadata", metadata.1.extent.length, limits.max_header_bytes)?;
-        metadata.1.extent.bytes(file, metadata.1.place(metadata.0))?;
+        let (index, section) = find(&sections, SectionKind::METADATA)?;
+        check_limit("bytes of metadata", section.extent.length, limits.max_header_bytes)?;
+        let metadata = section.extent.bytes(file, section.place(index))?.into_owned();
         let mut extents =
             vec![(Prologue::extent(), Place::Prologue), (prologue.table, Place::SectionTable)];
         extents.extend(
@@ -93,7 +99,18 @@ impl Container {
         );
         check_cover(extents, prologue.file_length)?;
         let path = path.map(Path::to_owned);
-        Ok(Self { path, minor: prologue.minor, sections, levels, directories, source })
+        let minor = prologue.minor;
+        Ok(Self { path, minor, sections, metadata, levels, directories, source })
+    }
+
+    /// An answer whose error names the file, if it has a name and the error does
+    /// not say it already.
+    ///
+    /// # Errors
+    ///
+    /// That of the answer, as an [`Error::File`].
+    pub fn in_file<V>(&self, answer: Result<V>) -> Result<V> {
+        answer.map_err(|error| error.in_file(self.path()))
     }
 
     /// The file's path, if it has one.
@@ -111,7 +128,7 @@ impl Container {
     /// Length of the file, in bytes.
     #[must_use]
     pub fn file_length(&self) -> u64 {
-        self.source.bytes().len() as u64
+        self.source.length()
     }
 
     /// The levels, finest first, view by view.
@@ -127,6 +144,33 @@ impl Container {
     /// [`Error::NoSuchLevel`].
     pub fn level(&self, level: u32) -> Result<&Level> {
         self.levels.get(level as usize).ok_or(Error::NoSuchLevel(level))
+    }
+
+    /// Number of views: at least 1.
+    #[must_use]
+    pub fn view_count(&self) -> u32 {
+        // Views count from 0, without gaps.
+        self.levels.last().map_or(0, |level| level.view + 1)
+    }
+
+    /// The levels of a view and their indices, finest first; none of a view that
+    /// there is not.
+    pub fn view(&self, view: u32) -> impl ExactSizeIterator<Item = (u32, &Level)> {
+        let first = self.levels.partition_point(|level| level.view < view);
+        let count = self.levels[first..].partition_point(|level| level.view == view);
+        // A file has 2³² levels at most.
+        let indexed = self.levels[first..first + count].iter().enumerate();
+        indexed.map(move |(number, level)| ((first + number) as u32, level))
+    }
+
+    /// The index of the level with this number in a view, 0 for the finest.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NoSuchLevel`] with the number.
+    pub fn level_of_view(&self, view: u32, number: u32) -> Result<u32> {
+        let found = self.view(view).nth(number as usize);
+        found.map(|(index, _)| index).ok_or(Error::NoSuchLevel(number))
     }
 
     /// The tile directory of the level with this index.
@@ -156,22 +200,18 @@ impl Container {
     /// # Errors
     ///
     /// [`Error::Checksum`] or [`Error::NoSuchTile`].
-    pub fn payload(&self, id: TileId) -> Result<&[u8]> {
+    pub fn payload(&self, id: TileId) -> Result<Cow<'_, [u8]>> {
         let (entry, _) = self.entry(id)?;
         if entry.is_empty() {
-            return Ok(&[]);
+            return Ok(Cow::Borrowed(&[]));
         }
-        entry.extent().bytes(self.source.bytes(), entry.place(id))
+        entry.extent().bytes(&*self.source, entry.place(id))
     }
 
     /// The metadata, one JSON object.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Checksum`], if it changed since the file was opened.
-    pub fn metadata(&self) -> Result<&[u8]> {
-        let (index, section) = find(&self.sections, SectionKind::METADATA)?;
-        section.extent.bytes(self.source.bytes(), section.place(index))
+    #[must_use]
+    pub fn metadata(&self) -> &[u8] {
+        &self.metadata
     }
 
     /// The kind of map that the metadata names.
@@ -184,7 +224,7 @@ impl Container {
         struct Kind {
             kind: String,
         }
-        let kind = serde_json::from_slice::<Kind>(self.metadata()?);
+        let kind = serde_json::from_slice::<Kind>(&self.metadata);
         kind.map(|kind| kind.kind).map_err(Error::Json)
     }
 
@@ -198,10 +238,10 @@ impl Container {
     /// # Errors
     ///
     /// [`Error::Checksum`], or [`Error::NoSuchSection`] if there is no such section.
-    pub fn section(&self, index: u32) -> Result<&[u8]> {
+    pub fn section(&self, index: u32) -> Result<Cow<'_, [u8]>> {
         let section = self.sections.get(index as usize);
-        let section = section.ok_or_else(|| Error::NoSuchSection(index))?;
-        section.extent.bytes(self.source.bytes(), section.place(index))
+        let section = section.ok_or(Error::NoSuchSection(index))?;
+        section.extent.bytes(&*self.source, section.place(index))
     }
 }
 
@@ -246,7 +286,7 @@ impl Container {
     }
 }
 
-fn read_sections(file: &[u8], prologue: &Prologue, limits: &Limits) -> Result<Vec<Section>> {
+fn read_sections(file: &dyn Source, prologue: &Prologue, limits: &Limits) -> Result<Vec<Section>> {
     let place = Place::SectionTable;
     check_limit("sections", prologue.section_count.into(), limits.max_sections.into())?;
     let table = prologue.table.bytes(file, place)?;
@@ -271,7 +311,7 @@ fn find(sections: &[Section], kind: SectionKind) -> Result<(u32, &Section)> {
 }
 
 fn read_levels(
-    file: &[u8],
+    file: &dyn Source,
     sections: &[Section],
     minor: u16,
     limits: &Limits,
@@ -283,11 +323,11 @@ fn read_levels(
         return Err(Error::invalid(place, "it must hold one or more records of 64 bytes"));
     }
     check_limit("levels", count, limits.max_levels.into())?;
-    let records = section.extent.bytes(file, place)?.chunks_exact(LEVEL_BYTES);
+    let records = section.extent.bytes(file, place)?;
     let (mut levels, mut directories) = (Vec::new(), Vec::new());
     let mut claimed = vec![false; sections.len()];
     let mut tiles = 0_u64;
-    for (index, record) in (0..).zip(records) {
+    for (index, record) in (0..).zip(records.chunks_exact(LEVEL_BYTES)) {
         let (level, directory) = Level::decode(record, index, minor)?;
         let refuse = |reason| Err(Error::invalid(Place::Level(index), reason));
         let section = match sections.get(directory as usize) {
@@ -304,8 +344,8 @@ fn read_levels(
         }
         let bytes = section.extent.bytes(file, section.place(directory))?;
         let [columns, _] = level.tiles();
-        let file_length = file.len() as u64;
-        directories.push(TileDirectory::decode(bytes, (index, columns), minor, file_length)?);
+        let file_length = file.length();
+        directories.push(TileDirectory::decode(&bytes, (index, columns), minor, file_length)?);
         levels.push(level);
     }
     if let Some((index, reason)) = broken_order(&levels) {

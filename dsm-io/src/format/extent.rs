@@ -1,8 +1,12 @@
 //! Runs of bytes under one checksum, which tile the file without gaps.
 
+use std::borrow::Cow;
+
 use crc_fast::{CrcAlgorithm, Digest};
 
-use crate::error::{Error, Place, Result};
+use crate::error::Place;
+use crate::error::{Error, Result};
+use crate::source::Source;
 
 /// Every extent begins at a multiple of this, in bytes: a cache line.
 pub(super) const ALIGNMENT: u64 = 64;
@@ -63,18 +67,27 @@ impl Extent {
     }
 
     /// The extent's bytes, once its checksum and padding are found right.
-    pub(super) fn bytes(self, file: &[u8], place: Place) -> Result<&[u8]> {
-        self.check_inside(file.len() as u64, place)?;
-        // It lies in the file, so the offsets are below the file's length.
-        let (start, length) = (self.offset as usize, self.length as usize);
-        let padded = length.next_multiple_of(ALIGNMENT as usize);
-        let (bytes, padding) = file[start..start + padded].split_at(length);
-        let computed = checksum(&[bytes, padding]);
+    pub(super) fn bytes(self, file: &dyn Source, place: Place) -> Result<Cow<'_, [u8]>> {
+        self.check_inside(file.length(), place)?;
+        // It lies in the file, so the sums are not above the file's length.
+        let padded = self.length.next_multiple_of(ALIGNMENT);
+        let end = self.offset + padded;
+        let mut bytes = file.read(self.offset..end)?;
+        if bytes.len() as u64 != padded {
+            let actual = self.offset + bytes.len() as u64;
+            return Err(Error::Truncated { stated: end, actual });
+        }
+        let computed = checksum(&[&bytes]);
         if computed != self.crc {
             return Err(Error::Checksum { place, stored: self.crc, computed });
         }
-        if padding.iter().any(|&byte| byte != 0) {
+        let length = self.length as usize;
+        if bytes[length..].iter().any(|&byte| byte != 0) {
             return Err(Error::invalid(place, "its padding is not zero"));
+        }
+        match &mut bytes {
+            Cow::Borrowed(bytes) => *bytes = &bytes[..length],
+            Cow::Owned(bytes) => bytes.truncate(length),
         }
         Ok(bytes)
     }

@@ -3,7 +3,7 @@
 use super::{f32_at, field, put, reserved_is_valid, u32_at};
 use crate::achieved_error::AchievedError;
 use crate::error::{Error, Place, Result};
-use crate::tile_id::TileRect;
+use crate::tile_id::{TileId, TileRect};
 
 /// Length of a level's record, in bytes.
 pub(super) const LEVEL_BYTES: usize = 64;
@@ -88,6 +88,13 @@ impl Level {
             width: self.tile_width.min(self.width - left),
             height: self.tile_height.min(self.height - top),
         })
+    }
+
+    /// The tile of this level, the one with index `index`, that holds a pixel, if
+    /// there is one.
+    pub(crate) fn tile_of(&self, index: u32, [x, y]: [u32; 2]) -> Option<TileId> {
+        let is_inside = x < self.width && y < self.height;
+        is_inside.then(|| TileId::new(index, x / self.tile_width, y / self.tile_height))
     }
 
     /// Which rule the level breaks, if any.

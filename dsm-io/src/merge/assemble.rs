@@ -1,5 +1,6 @@
 //! Crops into the map that they are parts of.
 
+use std::ops::ControlFlow;
 use std::path::Path;
 
 use super::refuse;
@@ -7,23 +8,25 @@ use crate::error::{Error, Result, check_limit};
 use crate::format::level::Level;
 use crate::format::write::ContainerWriter;
 use crate::limits::Limits;
+use crate::progress::tell;
 use crate::reader::MapReader;
 use crate::tile_id::TileId;
+use dsm_core::Progress;
 
 /// Puts crops together, tile by tile as they are stored.
 pub(super) fn assemble(
     crops: &[MapReader],
     output: &Path,
-    mut progress: impl FnMut(u64, u64),
+    mut progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<()> {
     let Some(first) = crops.first() else { return Ok(()) };
     // Other numbers of digits, or another program: not one map.
-    let json = first.container().metadata()?;
+    let json = first.container().metadata();
     let part = first.levels()[0];
     let whole = first.whole_metadata();
     for other in crops {
         let level = other.levels()[0];
-        let differs = if other.container().metadata()? != json {
+        let differs = if other.container().metadata() != json {
             Some("metadata")
         } else if [level.tile_width, level.tile_height] != [part.tile_width, part.tile_height] {
             Some("tile sizes")
@@ -42,13 +45,13 @@ pub(super) fn assemble(
     let mut writer = ContainerWriter::create(output)?;
     writer.add_level(level)?;
     let [columns, _] = level.tiles();
-    let mut done = 0;
+    let mut done = 0_u64;
     for (index, source) in (0..).zip(&sources) {
         let id = TileId::new(0, index % columns, index / columns);
         copy_tile(&crops[*source], &level, id, &mut writer)
             .map_err(|error| error.in_file(crops[*source].container().path()))?;
         done += 1;
-        progress(done, sources.len() as u64);
+        tell(&mut progress, done, sources.len() as u64)?;
     }
     writer.finish(json)?;
     Ok(())

@@ -3,9 +3,10 @@
 mod assemble;
 mod multiply;
 
+use std::ops::ControlFlow;
 use std::path::Path;
 
-use dsm_core::Tolerance;
+use dsm_core::{Progress, Tolerance};
 
 use crate::crop::Crop;
 use crate::error::{Error, Result};
@@ -60,7 +61,7 @@ pub fn merge(
     maps: &[MapReader],
     output: &Path,
     tolerance: Option<Tolerance>,
-    progress: impl FnMut(u64, u64),
+    progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<MergeReport> {
     let [first, others @ ..] = maps else {
         return Err(Error::setting("there is nothing to merge"));

@@ -1,8 +1,10 @@
 //! Maps of the same pixels into the light past all of them.
 
+use std::ops::ControlFlow;
 use std::path::Path;
 
-use dsm_core::{Rgb, Tolerance, Transmittance, VisibilityProduct};
+use dsm_core::detail::VisibilityProduct;
+use dsm_core::{Progress, Rgb, Tolerance, Transmittance};
 use rayon::prelude::*;
 
 use super::{MergeReport, refuse};
@@ -17,6 +19,7 @@ use crate::format::level::Level;
 use crate::format::write::ContainerWriter;
 use crate::measured_pixels::MeasuredPixels;
 use crate::metadata::Metadata;
+use crate::progress::tell;
 use crate::reader::MapReader;
 use crate::region::AnyRegion;
 use crate::tile_id::{TileId, TileRect};
@@ -26,7 +29,7 @@ pub(super) fn multiply(
     maps: &[MapReader],
     output: &Path,
     added: Tolerance,
-    mut progress: impl FnMut(u64, u64),
+    mut progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<MergeReport> {
     let Some(first) = maps.first() else { return Err(Error::setting("there is nothing to merge")) };
     let metadata = metadata(first, maps, added)?;
@@ -54,7 +57,7 @@ pub(super) fn multiply(
         for MultipliedTile { id, encoded, achieved } in tiles.into_iter().flatten() {
             writer.write_tile(id, &encoded, achieved)?;
         }
-        progress(end, blocks.count());
+        tell(&mut progress, end, blocks.count())?;
     }
     writer.finish(&json)?;
     let lost_levels = maps.iter().map(|map| map.levels().len() - 1).sum();

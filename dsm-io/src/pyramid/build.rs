@@ -1,7 +1,8 @@
 //! Builds the pyramid: visits the tiles, and writes all levels as they come.
 
-use dsm_core::Transmittance;
+use dsm_core::{Progress, Transmittance};
 use rayon::prelude::*;
+use std::ops::ControlFlow;
 
 use super::coarse::average_children;
 use super::fragment::{Averager, Copies};
@@ -14,6 +15,7 @@ use crate::achieved_error::AchievedError;
 use crate::error::{Error, Result};
 use crate::format::encoded_tile::EncodedTile;
 use crate::format::level::Level;
+use crate::progress::tell;
 use crate::tile_id::TileId;
 use crate::writer::MapWriter;
 
@@ -46,7 +48,7 @@ pub fn build_pyramid<T: Transmittance, S: PyramidSource<T>>(
     source: &S,
     writer: &mut MapWriter,
     options: &PyramidOptions,
-    progress: impl FnMut(u64, u64),
+    progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<()> {
     let (channels, asked) = (writer.metadata().channels, T::CHANNELS as u8);
     if channels != asked {
@@ -91,7 +93,11 @@ enum Output<T> {
 }
 
 impl<T: Transmittance, S: PyramidSource<T>> Builder<'_, T, S> {
-    fn run(mut self, mut traversal: Traversal, mut progress: impl FnMut(u64, u64)) -> Result<()> {
+    fn run(
+        mut self,
+        mut traversal: Traversal,
+        mut progress: impl FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<()> {
         let count = traversal.tile_count();
         let window = TILES_A_THREAD * rayon::current_num_threads().max(1);
         let mut done = 0;
@@ -118,7 +124,7 @@ impl<T: Transmittance, S: PyramidSource<T>> Builder<'_, T, S> {
             };
             let worked = tiles.into_par_iter().map(work).collect::<Result<Vec<_>>>()?;
             self.take(&steps, worked)?;
-            progress(done, count);
+            tell(&mut progress, done, count)?;
         }
     }
 

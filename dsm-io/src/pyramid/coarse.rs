@@ -1,6 +1,7 @@
 //! Levels whose pixels are larger than what a tile holds whole.
 
-use dsm_core::{Transmittance, VisibilityView};
+use dsm_core::Transmittance;
+use dsm_core::detail::VisibilityView;
 
 use super::fragment::{Averager, Copies, CopiesBuilder, Fragment, FragmentBuilder};
 use super::plan::Plan;

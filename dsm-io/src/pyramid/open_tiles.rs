@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use dsm_core::{Transmittance, VisibilityView};
+use dsm_core::Transmittance;
+use dsm_core::detail::VisibilityView;
 
 use super::fragment::Fragment;
 use crate::achieved_error::AchievedError;

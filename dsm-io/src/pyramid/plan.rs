@@ -1,6 +1,7 @@
 //! How a pyramid is cut up, and which error each part of the work may add.
 
-use dsm_core::{MipPyramid, Tolerance};
+use dsm_core::Tolerance;
+use dsm_core::detail::MipPyramid;
 
 use crate::error::{Error, Result};
 

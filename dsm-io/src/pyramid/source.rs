@@ -1,6 +1,7 @@
 //! Where the functions of level 0 come from.
 
-use dsm_core::{Polyline, Transmittance, VisibilityView};
+use dsm_core::Transmittance;
+use dsm_core::detail::{Polyline, VisibilityView};
 
 use crate::achieved_error::AchievedError;
 use crate::error::Result;

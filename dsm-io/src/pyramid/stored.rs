@@ -1,8 +1,9 @@
 //! The pyramid of a map that is stored.
 
+use std::ops::ControlFlow;
 use std::path::Path;
 
-use dsm_core::{Rgb, Transmittance};
+use dsm_core::{Progress, Rgb, Transmittance};
 
 use super::build::build_pyramid;
 use super::plan::PyramidOptions;
@@ -27,7 +28,8 @@ use crate::writer::{MapWriter, WriteOptions};
 ///
 /// ```
 /// # use dsm_core::{MapInfo, PixelListsBuilder, Vertex};
-/// # use dsm_io::{AchievedError, MapWriter, Metadata, TileId, WriteOptions};
+/// # use dsm_io::{MapWriter, Metadata, WriteOptions};
+/// # use dsm_io::detail::{AchievedError, TileId};
 /// use dsm_io::{Limits, MapReader, PyramidOptions, mip};
 ///
 /// # let folder = tempfile::tempdir()?;
@@ -43,7 +45,7 @@ use crate::writer::{MapWriter, WriteOptions};
 /// # writer.finish()?;
 /// // Two pixels: one is blocked from depth 2 on, the other is empty.
 /// let map = MapReader::open(&input, &Limits::default())?;
-/// mip(&map, &output, &PyramidOptions::default(), |_, _| ())?;
+/// mip(&map, &output, &PyramidOptions::default(), dsm_core::Progress::ignore)?;
 ///
 /// let map = MapReader::open(&output, &Limits::default())?;
 /// assert_eq!(map.levels().len(), 2);
@@ -59,7 +61,7 @@ pub fn mip(
     map: &MapReader,
     output: &Path,
     options: &PyramidOptions,
-    progress: impl FnMut(u64, u64),
+    progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<()> {
     let refuse = |reason| Err(Error::mismatch(reason).in_file(map.container().path()));
     let level = map.levels()[0];

@@ -1,10 +1,12 @@
 //! A file mapped into memory. The only unsafe code of this crate.
 
+use std::borrow::Cow;
+use std::ops::Range;
 use std::path::Path;
 
 use memmap2::Mmap;
 
-use super::{Source, open_regular};
+use super::{Source, open_regular, slice};
 use crate::error::{Error, Result};
 
 /// A file's bytes, paged in as they are read.
@@ -39,7 +41,11 @@ impl MappedFile {
 }
 
 impl Source for MappedFile {
-    fn bytes(&self) -> &[u8] {
-        self.0.as_deref().unwrap_or_default()
+    fn length(&self) -> u64 {
+        self.0.as_deref().unwrap_or_default().len() as u64
+    }
+
+    fn read(&self, range: Range<u64>) -> Result<Cow<'_, [u8]>> {
+        slice(self.0.as_deref().unwrap_or_default(), range)
     }
 }

@@ -1,10 +1,13 @@
 //! A file held in memory.
 
+use std::borrow::Cow;
 use std::io::Read;
+use std::ops::Range;
 use std::path::Path;
 
-use super::{Source, open_regular};
-use crate::error::{Error, Result, check_limit};
+use super::{Source, open_regular, slice};
+use crate::error::check_limit;
+use crate::error::{Error, Result};
 
 /// A file's bytes in memory: nothing that happens to the file matters.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -39,7 +42,11 @@ impl From<Vec<u8>> for Memory {
 }
 
 impl Source for Memory {
-    fn bytes(&self) -> &[u8] {
-        &self.0
+    fn length(&self) -> u64 {
+        self.0.len() as u64
+    }
+
+    fn read(&self, range: Range<u64>) -> Result<Cow<'_, [u8]>> {
+        slice(&self.0, range)
     }
 }

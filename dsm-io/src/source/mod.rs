@@ -3,16 +3,61 @@
 pub(crate) mod mapped;
 pub(crate) mod memory;
 
+use std::borrow::Cow;
 use std::fmt::Debug;
 use std::fs::File;
+use std::ops::Range;
 use std::path::Path;
 
 use crate::error::{Error, Result};
 
-/// The bytes of a whole file, which never change.
+/// A file's bytes, which never change, by ranges: a mapping, memory, or whatever
+/// else can be asked for some bytes at some offset, such as an object store.
+///
+/// Readers ask for the prologue, the sections and the tile directories when a file
+/// is opened, then for each tile that is read, one range each, and never for more
+/// than a range that the file states and that lies within [`Self::length`].
+///
+/// ```
+/// use std::borrow::Cow;
+/// use std::ops::Range;
+/// use dsm_io::Source;
+///
+/// /// Bytes that somebody hands out piece by piece.
+/// #[derive(Debug)]
+/// struct Pieces(Vec<u8>);
+///
+/// impl Source for Pieces {
+///     fn length(&self) -> u64 {
+///         self.0.len() as u64
+///     }
+///
+///     fn read(&self, range: Range<u64>) -> dsm_io::Result<Cow<'_, [u8]>> {
+///         let bytes = &self.0[range.start as usize..range.end as usize];
+///         Ok(Cow::Owned(bytes.to_vec()))
+///     }
+/// }
+/// ```
 pub trait Source: Debug + Send + Sync {
-    /// All bytes, always the same.
-    fn bytes(&self) -> &[u8];
+    /// Length of the file in bytes.
+    fn length(&self) -> u64;
+
+    /// The bytes of a range that lies within the file: borrowed where they are in
+    /// memory already, so that tiles can be used where they lie. As many as asked
+    /// for; others are refused as truncated.
+    ///
+    /// # Errors
+    ///
+    /// Whatever keeps them from being read.
+    fn read(&self, range: Range<u64>) -> Result<Cow<'_, [u8]>>;
+}
+
+/// A range of bytes in memory.
+fn slice(bytes: &[u8], range: Range<u64>) -> Result<Cow<'_, [u8]>> {
+    let [start, end] = [range.start, range.end].map(usize::try_from);
+    let found = start.ok().zip(end.ok()).and_then(|(start, end)| bytes.get(start..end));
+    let (stated, actual) = (range.end, bytes.len() as u64);
+    found.map(Cow::Borrowed).ok_or(Error::Truncated { stated, actual })
 }
 
 /// Opens a regular file and tells its length. Anything else could block

@@ -3,10 +3,11 @@
 use std::io::{self, Write};
 
 use anyhow::{Context, Result};
-use dsm_io::{ExportOptions, ExportReport, Limits, MapSource, convert, export_deep_exr};
+use deepshadow::files::{ExportOptions, ExportReport, Limits, MapSource, convert, export_deep_exr};
 
 use crate::args::{Convert, ConvertTarget};
-use crate::output::{printable, progress};
+use crate::output::printable;
+use crate::output::progress::Watch;
 use crate::parallel::with_threads;
 
 /// Channels that a map keeps, as depth and opacity.
@@ -17,18 +18,16 @@ pub(crate) fn run(request: &Convert) -> Result<()> {
     let mut source = MapSource::open(input, part.as_deref(), &Limits::default())?;
     let [width, height] = source.size();
     let told = with_threads(request.effort.threads, || {
-        let bar = progress::bar(height.into(), "converting".to_owned(), request.quiet);
-        let rows_done = |rows: u32| bar.set_position(rows.into());
+        let watch = Watch::start("converting", request.quiet)?;
+        let at = |progress| watch.at(progress);
         let done = match &request.target {
             ConvertTarget::Map(options) => {
-                convert(&mut source, output, options, rows_done).map(|report| report.lines())
+                convert(&mut source, output, options, at).map(|report| report.lines())
             }
-            ConvertTarget::Image(options) => {
-                export_deep_exr(&mut source, output, options, rows_done)
-                    .map(|report| written(&report, options))
-            }
+            ConvertTarget::Image(options) => export_deep_exr(&mut source, output, options, at)
+                .map(|report| written(&report, options)),
         };
-        bar.finish_and_clear();
+        drop(watch);
         done.with_context(|| format!("converting {}", input.display()))
     })?;
     if request.quiet {

@@ -3,37 +3,30 @@
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use anyhow::{Result, bail};
-use dsm_core::{DeepMap, Rgb, Transmittance, VisibilityFunction, VisibilityView};
-use dsm_io::{AnyDeepMap, Container, Limits, MapReader, TileId};
-use mtsm::{LayeredKind, LayeredReader};
+use anyhow::{Context, Result, bail};
+use deepshadow::ShadowMap;
+use deepshadow::files::detail::replace_file;
+use deepshadow::files::{AnyDeepMap, Level, TileRect};
+use deepshadow::visibility::detail::VisibilityView;
+use deepshadow::visibility::{DeepMap, Transmittance};
 
-use super::inspect_layers;
 use crate::args::{ImageFile, ImageFormat, Inspect, SliceFile};
 use crate::output::plot;
 use crate::output::slice::Slice;
 use crate::output::summary::{PixelSummary, Summary};
 
 pub(crate) fn run(request: &Inspect) -> Result<()> {
-    let limits = Limits::default();
-    let container = Container::open(&request.file, &limits)?;
-    if LayeredKind::from_name(&container.kind()?).is_some() {
-        let reader = LayeredReader::new(container, &limits)?;
-        return print(&inspect_layers::summary(&reader, request)?, request);
-    }
-    let reader = MapReader::new(container, &limits)?;
-    let mut summary = Summary::new("deep", reader.metadata(), reader.container())?;
+    let map = ShadowMap::open(&request.file)?;
+    let mut summary = Summary::new(&map)?;
     if let Some(pixel) = request.pixel {
-        summary.pixel = Some(if reader.metadata().channels == 1 {
-            inspect_pixel::<f32>(&reader, pixel, request)
-        } else {
-            inspect_pixel::<Rgb>(&reader, pixel, request)
-        }?);
+        summary.pixel = Some(inspect_pixel(&map, pixel, request)?);
     }
     if let Some(file) = &request.slice {
-        match &AnyDeepMap::read(&reader, 0)? {
-            AnyDeepMap::Mono(map) => write_slice(map, file),
-            AnyDeepMap::Rgb(map) => write_slice(map, file),
+        let [width, height] = map.size();
+        let whole = TileRect { x: 0, y: 0, width, height };
+        match functions(&map, 0, whole)? {
+            AnyDeepMap::Mono(map) => write_slice(&map, file),
+            AnyDeepMap::Rgb(map) => write_slice(&map, file),
         }?;
     }
     print(&summary, request)
@@ -51,22 +44,47 @@ fn print(summary: &Summary<'_>, request: &Inspect) -> Result<()> {
     Ok(output.flush()?)
 }
 
-/// The vertices of a pixel, plotted if that is asked.
-fn inspect_pixel<T: Transmittance>(
-    reader: &MapReader,
-    [x, y]: [u32; 2],
-    request: &Inspect,
-) -> Result<PixelSummary> {
-    let level = request.level;
-    let function = read_pixel::<T>(reader, level, [x, y])?;
-    if let Some(file) = &request.plot {
-        let name = request.file.file_name().unwrap_or_default().to_string_lossy();
-        let vertices = function.view().len();
-        let of_level = if level == 0 { String::new() } else { format!(" of level {level}") };
-        let title = format!("{name}, pixel ({x}, {y}){of_level}, {vertices} vertices");
-        plot_pixel(function.view(), &title, file)?;
+/// The visibility functions of some pixels.
+fn functions(map: &ShadowMap, level: u32, rect: TileRect) -> Result<AnyDeepMap> {
+    let found = map.functions(level, rect)?;
+    found.with_context(|| {
+        format!("a map of kind {} has no visibility functions to draw", map.kind())
+    })
+}
+
+/// What is stored of a pixel, and its function plotted if that is asked.
+fn inspect_pixel(map: &ShadowMap, [x, y]: [u32; 2], request: &Inspect) -> Result<PixelSummary> {
+    let index = request.level;
+    let level = level(map, index)?;
+    if x >= level.width || y >= level.height {
+        let [width, height] = [level.width, level.height];
+        let what = if index == 0 { "the map".to_owned() } else { format!("level {index}") };
+        bail!("pixel ({x}, {y}) lies outside {what} of {width} × {height} pixels");
     }
-    Ok(PixelSummary::new(level, [x, y], function.view()))
+    if let Some(file) = &request.plot {
+        let pixel = TileRect { x, y, width: 1, height: 1 };
+        let name = request.file.file_name().unwrap_or_default().to_string_lossy();
+        let of_level = if index == 0 { String::new() } else { format!(" of level {index}") };
+        let title = |vertices| format!("{name}, pixel ({x}, {y}){of_level}, {vertices} vertices");
+        match functions(map, index, pixel)? {
+            AnyDeepMap::Mono(map) => {
+                let function = map.pixel(0, 0);
+                plot_pixel(function, &title(function.len()), file)
+            }
+            AnyDeepMap::Rgb(map) => {
+                let function = map.pixel(0, 0);
+                plot_pixel(function, &title(function.len()), file)
+            }
+        }?;
+    }
+    Ok(PixelSummary::new(index, [x, y], map.contents(index, [x, y])?))
+}
+
+fn level(map: &ShadowMap, index: u32) -> Result<&Level> {
+    let levels = map.levels();
+    levels.get(index as usize).with_context(|| {
+        format!("there is no level {index}: the map has {}, counted from 0", levels.len())
+    })
 }
 
 /// Plots a pixel's function.
@@ -82,25 +100,6 @@ pub(crate) fn plot_pixel<T: Transmittance>(
     write_file(&file.path, &drawn)
 }
 
-fn read_pixel<T: Transmittance>(
-    reader: &MapReader,
-    index: u32,
-    [x, y]: [u32; 2],
-) -> Result<VisibilityFunction<T>> {
-    let count = reader.levels().len();
-    let Some(level) = reader.levels().get(index as usize) else {
-        bail!("there is no level {index}: the map has {count}, counted from 0");
-    };
-    if x >= level.width || y >= level.height {
-        let [width, height] = [level.width, level.height];
-        let what = if index == 0 { "the map".to_owned() } else { format!("level {index}") };
-        bail!("pixel ({x}, {y}) lies outside {what} of {width} × {height} pixels");
-    }
-    let id = TileId::new(index, x / level.tile_width, y / level.tile_height);
-    let (tile, rect) = (reader.tile::<T>(id)?, reader.tile_rect(id)?);
-    Ok(tile.view().pixel(x - rect.x, y - rect.y).to_function())
-}
-
 /// Draws the light that is left at a depth.
 pub(crate) fn write_slice<T: Transmittance>(map: &DeepMap<T>, file: &SliceFile) -> Result<()> {
     let slice = Slice::new(map, file.depth)?;
@@ -112,5 +111,5 @@ pub(crate) fn write_slice<T: Transmittance>(map: &DeepMap<T>, file: &SliceFile) 
 }
 
 fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
-    Ok(dsm_io::replace_file(path, bytes)?)
+    Ok(replace_file(path, bytes)?)
 }

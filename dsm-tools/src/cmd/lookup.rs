@@ -5,29 +5,20 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, bail};
-use dsm_core::random::scattered_seed;
-use dsm_core::{
-    AreaLight, Bias, Facing, Footprint, LevelChoice, LightExtent, Pyramid, Receiver, Rgb,
-    ShadedPoint, ShadowLookup, Transmittance, VisibilityField,
-};
-use dsm_io::{AnyCachedMap, CachedMap, CursorPool, Limits, TileCache};
-use dsm_trace::{LightFrame, TraceStatistics};
-use glam::DVec3;
-use mtsm::LayeredReader;
+use anyhow::{Context, Result, anyhow};
+use deepshadow::glam::DVec3;
+use deepshadow::{OpenOptions, Query, Shadow, Values};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::args::{Lookup, MethodName, Space};
-use crate::filtering;
-use crate::layered::{self, AreaMethod, AreaShadow, AreaVisitor};
+use crate::args::{Lookup, Space};
 use crate::output::light;
 use crate::parallel::with_threads;
 use crate::points::PointReader;
 
 /// Points that are in memory at a time.
 const CHUNK: usize = 1 << 16;
-/// Points that one task takes.
+/// Points whose lines one task writes.
 const TASK: usize = 1 << 10;
 
 /// What `--stats` prints.
@@ -36,182 +27,60 @@ struct Statistics {
     points: u64,
     /// Rays that were traced: a filter needs none.
     rays: u64,
-    /// Seconds to open the map.
+    /// Seconds to open the map and make it ready.
     open_s: f64,
-    /// Seconds to project the points, read tiles and filter them.
+    /// Seconds to project the points, read tiles and filter or trace.
     lookup_s: f64,
     /// Rays that left the map at its depths.
     #[serde(skip_serializing_if = "Option::is_none")]
-    leaving: Option<u64>,
+    rays_outside_map: Option<u64>,
     /// Rays of points that lie no deeper than the light.
     #[serde(skip_serializing_if = "Option::is_none")]
-    beside: Option<u64>,
+    points_behind_light: Option<u64>,
     /// Whether a far table was used.
     #[serde(skip_serializing_if = "Option::is_none")]
-    far_table: Option<bool>,
-}
-
-/// What a method of area lights has to say for itself.
-#[derive(Clone, Copy, Default)]
-struct Traced {
-    statistics: Option<TraceStatistics>,
     far_table: Option<bool>,
 }
 
 pub(crate) fn run(request: &Lookup) -> Result<()> {
     with_threads(request.effort.threads, || {
         let start = Instant::now();
-        if let Some(reader) = layered::open(&request.map)? {
-            return run_layered(&reader, request, start);
+        let map = OpenOptions::new().open(&request.map)?;
+        let in_map = |reason: String| anyhow!("{}: {reason}", request.map.display());
+        let method = request.method(map.default_method()).map_err(in_map)?;
+        if request.space == Space::World && map.info().camera.is_none() {
+            let reason = "the map has no camera to project points of the world with";
+            return Err(in_map(reason.to_owned()));
         }
-        if let Some(MethodName::Trace | MethodName::Pcf) = request.method {
-            bail!(
-                "{}: a deep map has no layers to trace or to filter over a light's outline",
-                request.map.display()
-            );
-        }
-        if request.rays.is_some() || request.light_size.is_some() {
-            bail!("{}: --rays and --light-size are for layered maps", request.map.display());
-        }
-        if request.layers.is_given() {
-            bail!("{}: --rule and --z-threshold are for layered maps", request.map.display());
-        }
-        let cache = TileCache::new(filtering::TILE_BYTES);
-        let map = AnyCachedMap::open(&cache, &request.map, &Limits::default())?;
+        let mut query = Query::new().with_method(method).with_seed(request.seed);
+        query.light_size = request.light_size;
+        let shadow = map.shadow(&query)?;
         let open_s = start.elapsed().as_secs_f64();
-        let (points, time) = match map {
-            AnyCachedMap::Mono(map) => answer_cached(map, request),
-            AnyCachedMap::Rgb(map) => answer_cached(map, request),
-        }?;
-        print_statistics(request, points, time, open_s, Traced::default())
+        let (points, time) = answer_all(request, &shadow)?;
+        if request.stats {
+            let found = shadow.statistics();
+            let statistics = Statistics {
+                points,
+                rays: found.rays.map_or(0, |rays| rays.rays),
+                open_s,
+                lookup_s: time.as_secs_f64(),
+                rays_outside_map: found.rays.map(|rays| rays.leaving),
+                points_behind_light: found.rays.map(|rays| rays.beside),
+                far_table: found.far_table,
+            };
+            writeln!(io::stderr(), "{}", serde_json::to_string(&statistics)?)?;
+        }
+        Ok(())
     })
 }
 
-fn print_statistics(
-    request: &Lookup,
-    points: u64,
-    time: Duration,
-    open_s: f64,
-    traced: Traced,
-) -> Result<()> {
-    if request.stats {
-        let Traced { statistics: traced, far_table } = traced;
-        let statistics = Statistics {
-            points,
-            rays: traced.map_or(0, |traced| traced.rays),
-            open_s,
-            lookup_s: time.as_secs_f64(),
-            leaving: traced.map(|traced| traced.leaving),
-            beside: traced.map(|traced| traced.beside),
-            far_table,
-        };
-        writeln!(io::stderr(), "{}", serde_json::to_string(&statistics)?)?;
-    }
-    Ok(())
-}
-
-fn run_layered(reader: &LayeredReader, request: &Lookup, start: Instant) -> Result<()> {
-    let rays = request.rays.unwrap_or(256);
-    let bias = request.bias.map(f64::from);
-    let method = match request.method {
-        Some(MethodName::Filter) if reader.metadata().channels == 1 => {
-            return filter_runs::<f32>(reader, request, start);
-        }
-        Some(MethodName::Filter) => return filter_runs::<Rgb>(reader, request, start),
-        Some(MethodName::Pcf) => AreaMethod::Pcf { taps: rays, bias: Some(bias.unwrap_or(0.0)) },
-        _ if bias.is_some_and(|bias| bias < 0.0) => {
-            bail!("--bias: a ray does not start before its point");
-        }
-        _ => AreaMethod::Trace { rays, start: bias, layers: request.layers },
-    };
-    if request.layers.is_given() && !matches!(method, AreaMethod::Trace { .. }) {
-        bail!("{}: --rule and --z-threshold are for --method trace", request.map.display());
-    }
-    if request.footprint != Footprint::Point || request.level != LevelChoice::FINEST {
-        bail!("{}: --filter and --level are for --method filter", request.map.display());
-    }
-    let light = layered::light_extent(reader, request.light_size)?;
-    layered::with_shadow(reader, method, AnswerArea { request, light, start })
-}
-
-/// Answers points by the first runs of a layered map.
-fn filter_runs<T: Transmittance>(
-    reader: &LayeredReader,
-    request: &Lookup,
-    start: Instant,
-) -> Result<()> {
-    let info = reader.metadata().info;
-    let map = reader.multilayer_map::<T>()?.deep_map()?;
-    let pyramid = Pyramid::new(vec![map])?;
-    filtering::check(&pyramid, &request.footprint, request.level)?;
-    let size = [reader.metadata().width, reader.metadata().height];
-    let world = match request.space {
-        Space::World => Some(set(ShadowLookup::new(&info, size)?, request)),
-        Space::Raster => None,
-    };
-    let open_s = start.elapsed().as_secs_f64();
-    let (points, time) = answer_all(request, |_, points| {
-        lights(&pyramid, &world, request, points).map_err(|never| match never {})
-    })?;
-    print_statistics(request, points, time, open_s, Traced::default())
-}
-
-/// Answers points by the soft shadows of a layered map.
-struct AnswerArea<'a> {
-    request: &'a Lookup,
-    light: LightExtent,
-    start: Instant,
-}
-
-impl AreaVisitor for AnswerArea<'_> {
-    type Output = ();
-
-    fn light(&self, frame: &LightFrame) -> Result<AreaLight> {
-        Ok(frame.area_light(self.light))
-    }
-
-    fn visit<V: AreaShadow>(self, shadow: &V) -> Result<()> {
-        let light = self.light(shadow.frame())?;
-        let Self { request, start, .. } = self;
-        let seed = scattered_seed(request.seed);
-        let open_s = start.elapsed().as_secs_f64();
-        let (points, time) = answer_all(request, |first, points| {
-            let shaded = |(number, point): (u64, &[f64; 3])| {
-                let [x, y, z] = *point;
-                let position = match request.space {
-                    Space::World => DVec3::new(x, y, z),
-                    Space::Raster => shadow.frame().unproject(x, y, z),
-                };
-                ShadedPoint { position, facing: Facing::Light, seed: seed.wrapping_add(number) }
-            };
-            let points: Vec<_> = (first..).zip(points).map(shaded).collect();
-            let mut lights = Vec::with_capacity(points.len());
-            let done = shadow.visibilities(&points, &light, &mut lights);
-            done.map(|()| lights).map_err(|never| match never {})
-        })?;
-        let traced =
-            Traced { statistics: Some(shadow.statistics()), far_table: shadow.has_far_table() };
-        print_statistics(request, points, time, open_s, traced)
-    }
-}
-
-/// Answers points by filtered lookups in a deep map's file.
-fn answer_cached<T: Transmittance>(map: CachedMap<T>, request: &Lookup) -> Result<(u64, Duration)> {
-    let shadow = Shadow::new(map, request).with_context(|| format!("{}", request.map.display()))?;
-    answer_all(request, |_, points| shadow.lights(points))
-}
-
-/// Answers every point of the file, on stdout, by asking `lights` for some at a
-/// time, with the number of the first. Returns how many there were, and how long
-/// their lookups took.
-fn answer_all<T: Transmittance>(
-    request: &Lookup,
-    lights: impl Fn(u64, &[[f64; 3]]) -> Result<Vec<T>> + Sync,
-) -> Result<(u64, Duration)> {
+/// Answers every point of the file on stdout. Returns how many there were, and
+/// how long their lookups took.
+fn answer_all(request: &Lookup, shadow: &Shadow) -> Result<(u64, Duration)> {
     let path = request.points.as_path();
     let mut points = open(path)?;
     let mut output = BufWriter::new(io::stdout().lock());
-    output.write_all(light::header::<T>())?;
+    output.write_all(light::header(shadow.channels()))?;
     let (mut count, mut time) = (0_u64, Duration::ZERO);
     let mut chunk = Vec::new();
     loop {
@@ -220,91 +89,36 @@ fn answer_all<T: Transmittance>(
             break;
         }
         let start = Instant::now();
-        let tasks = chunk.par_chunks(TASK).enumerate();
-        let values: Vec<Vec<T>> = tasks
-            .map(|(task, points)| lights(count + (task * TASK) as u64, points))
-            .collect::<Result<_>>()?;
+        let values = match request.space {
+            Space::World => {
+                let points: Vec<DVec3> = chunk.iter().copied().map(DVec3::from).collect();
+                shadow.query_from(&points, count)
+            }
+            Space::Raster => shadow.query_raster(&chunk, count),
+        }?;
         time += start.elapsed();
-        let lines: Vec<Vec<u8>> = values
-            .par_iter()
-            .map(|values| {
-                let mut lines = Vec::with_capacity(values.len() * 12);
-                values.iter().for_each(|&value| light::append_line(value, &mut lines));
-                lines
-            })
-            .collect();
-        for lines in lines {
-            output.write_all(&lines)?;
-        }
+        write_lines(&values, &mut output)?;
         count += chunk.len() as u64;
     }
     output.flush()?;
     Ok((count, time))
 }
 
+fn write_lines(values: &Values, output: &mut impl Write) -> Result<()> {
+    let first = (0..values.len()).into_par_iter().step_by(TASK);
+    let lines: Vec<Vec<u8>> = first
+        .map(|first| {
+            let mut lines = Vec::with_capacity(TASK * 12);
+            for point in first..values.len().min(first + TASK) {
+                light::append_line(&values.rgb(point)[..values.channels()], &mut lines);
+            }
+            lines
+        })
+        .collect();
+    lines.iter().try_for_each(|lines| Ok(output.write_all(lines)?))
+}
+
 fn open(path: &Path) -> Result<PointReader<File>> {
     let file = File::open(path).with_context(|| format!("cannot open {}", path.display()))?;
     PointReader::new(file).with_context(|| format!("{}", path.display()))
-}
-
-/// How points of the world are asked.
-fn set(lookup: ShadowLookup, request: &Lookup) -> ShadowLookup {
-    let &Lookup { footprint, level, bias, .. } = request;
-    let bias = Bias::Depth(bias.unwrap_or(0.0));
-    lookup.with_footprint(footprint).with_level(level).with_bias(bias)
-}
-
-/// The light that reaches each point: 1 outside the map, behind the camera and
-/// for NaN. Without `world`, points are in raster space already.
-fn lights<F: VisibilityField>(
-    pyramid: &Pyramid<F>,
-    world: &Option<ShadowLookup>,
-    request: &Lookup,
-    points: &[[f64; 3]],
-) -> Result<Vec<F::Value>, F::Error> {
-    let mut lights = Vec::with_capacity(points.len());
-    match world {
-        Some(lookup) => {
-            let shaded = |&point: &[f64; 3]| ShadedPoint {
-                position: point.into(),
-                facing: Facing::Light,
-                seed: 0,
-            };
-            let points: Vec<_> = points.iter().map(shaded).collect();
-            lookup.lights(pyramid, &points, &mut lights)?;
-        }
-        None => {
-            for point in points {
-                let [x, y, depth] = point.map(|coordinate| coordinate as f32);
-                let bias = request.bias.unwrap_or(0.0);
-                let receiver = Receiver { bias, ..Receiver::new([x, y], depth) };
-                lights.push(pyramid.lookup(&receiver, &request.footprint, request.level)?);
-            }
-        }
-    }
-    Ok(lights)
-}
-
-/// A deep map's file, and how it is asked.
-struct Shadow<'a, T> {
-    cursors: CursorPool<T>,
-    world: Option<ShadowLookup>,
-    request: &'a Lookup,
-}
-
-impl<'a, T: Transmittance> Shadow<'a, T> {
-    fn new(map: CachedMap<T>, request: &'a Lookup) -> Result<Self> {
-        let world = match request.space {
-            Space::World => Some(set(filtering::shadow_lookup(&map)?, request)),
-            Space::Raster => None,
-        };
-        let cursors = filtering::cursors(map, &request.footprint, request.level)?;
-        Ok(Self { cursors, world, request })
-    }
-
-    fn lights(&self, points: &[[f64; 3]]) -> Result<Vec<T>> {
-        Ok(self
-            .cursors
-            .with_pyramid(|pyramid| lights(pyramid, &self.world, self.request, points))?)
-    }
 }

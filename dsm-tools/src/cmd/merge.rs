@@ -3,10 +3,11 @@
 use std::io::{self, Write};
 
 use anyhow::{Context, Result};
-use dsm_io::{Limits, MapReader, MergeReport, merge};
+use deepshadow::files::{Limits, MapReader, MergeReport, merge};
 
 use crate::args::Merge;
-use crate::output::{printable, progress};
+use crate::output::printable;
+use crate::output::progress::Watch;
 use crate::parallel::with_threads;
 
 pub(crate) fn run(request: &Merge) -> Result<()> {
@@ -14,12 +15,9 @@ pub(crate) fn run(request: &Merge) -> Result<()> {
     let open = |path| MapReader::open(path, &Limits::default());
     let maps = maps.iter().map(open).collect::<Result<Vec<_>, _>>()?;
     let report = with_threads(request.effort.threads, || {
-        let bar = progress::bar(0, "merging".to_owned(), request.quiet);
-        let merged = merge(&maps, output, *tolerance, |done, of| {
-            bar.set_length(of);
-            bar.set_position(done);
-        });
-        bar.finish_and_clear();
+        let watch = Watch::start("merging", request.quiet)?;
+        let merged = merge(&maps, output, *tolerance, |progress| watch.at(progress));
+        drop(watch);
         Ok(merged?)
     })?;
     if request.quiet {

@@ -3,22 +3,20 @@
 use std::io::{self, Write};
 
 use anyhow::{Context, Result};
-use dsm_io::{Limits, MapReader, mip};
+use deepshadow::files::{Limits, MapReader, mip};
 
 use crate::args::Mip;
-use crate::output::{printable, progress};
+use crate::output::printable;
+use crate::output::progress::Watch;
 use crate::parallel::with_threads;
 
 pub(crate) fn run(request: &Mip) -> Result<()> {
     let Mip { input, output, options, quiet, .. } = request;
     let map = MapReader::open(input, &Limits::default())?;
     with_threads(request.effort.threads, || {
-        let bar = progress::bar(0, "averaging".to_owned(), *quiet);
-        let done = mip(&map, output, options, |done, tiles| {
-            bar.set_length(tiles);
-            bar.set_position(done);
-        });
-        bar.finish_and_clear();
+        let watch = Watch::start("averaging", *quiet)?;
+        let done = mip(&map, output, options, |progress| watch.at(progress));
+        drop(watch);
         done.with_context(|| format!("averaging {}", input.display()))
     })?;
     if *quiet {

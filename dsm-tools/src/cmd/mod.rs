@@ -1,12 +1,10 @@
 //! The commands: what each does, once it is known what is asked.
 
 pub(crate) mod bake;
-pub(crate) mod bake_layers;
 pub(crate) mod convert;
 pub(crate) mod demo;
 pub(crate) mod diff;
 pub(crate) mod inspect;
-pub(crate) mod inspect_layers;
 pub(crate) mod lookup;
 pub(crate) mod merge;
 pub(crate) mod mip;

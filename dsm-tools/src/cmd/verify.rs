@@ -4,12 +4,12 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use anyhow::{Result, bail};
-use dsm_io::{Container, Error, Limits, MapReader, MapSource, check_bound};
-use mtsm::{LayeredKind, LayeredReader};
+use deepshadow::ShadowMap;
+use deepshadow::files::{Error, Limits, MapSource};
 use serde::Serialize;
 
 use crate::args::Verify;
-use crate::output::progress;
+use crate::output::progress::Watch;
 use crate::parallel::with_threads;
 
 /// What `--json` prints.
@@ -53,51 +53,34 @@ fn check(path: &Path, request: &Verify) -> FileOutcome {
     FileOutcome { path: path.display().to_string(), ok: errors.is_empty(), errors }
 }
 
-fn open_and_check(path: &Path, request: &Verify) -> dsm_io::Result<Vec<String>> {
-    let limits = Limits::default();
-    let container = Container::open(path, &limits)?;
-    if LayeredKind::from_name(&container.kind()?).is_none() {
-        return Ok(check_map(MapReader::new(container, &limits)?, request));
-    }
-    let reader = LayeredReader::new(container, &limits)?;
-    let mut errors: Vec<_> = reader.verify().into_iter().map(whole_message).collect();
-    if request.against.is_some() {
-        errors.push(format!("{}: a layered map has no source to be held to", path.display()));
+/// What is wrong with a map. Only one that is sound is held to its bound.
+fn open_and_check(path: &Path, request: &Verify) -> deepshadow::Result<Vec<String>> {
+    let map = ShadowMap::open(path)?;
+    let mut errors: Vec<_> = map.verify().into_iter().map(whole_message).collect();
+    if let (Some(source), true) = (&request.against, errors.is_empty()) {
+        errors.extend(check_against(&map, source, request).err());
     }
     Ok(errors)
 }
 
-/// What is wrong with a map. Only one that is sound is held to its bound.
-fn check_map(reader: MapReader, request: &Verify) -> Vec<String> {
-    let errors: Vec<_> = reader.verify().into_iter().map(whole_message).collect();
-    match &request.against {
-        Some(source) if errors.is_empty() => {
-            check_against(reader, source, request).err().into_iter().collect()
-        }
-        _ => errors,
-    }
-}
-
-fn check_against(reader: MapReader, path: &Path, request: &Verify) -> Result<(), String> {
-    let limits = Limits::default();
-    let checked = MapSource::open(path, request.part.as_deref(), &limits).and_then(|mut source| {
-        let rows = u64::from(reader.metadata().height);
-        let bar = progress::bar(rows, "comparing".to_owned(), request.quiet);
-        let checked = check_bound(reader, &mut source, |rows| bar.set_position(rows.into()));
-        bar.finish_and_clear();
-        checked
-    });
-    match checked {
-        Ok(_) => Ok(()),
+fn check_against(map: &ShadowMap, path: &Path, request: &Verify) -> Result<(), String> {
+    let source = MapSource::open(path, request.part.as_deref(), &Limits::default());
+    let mut source = source.map_err(whole_message)?;
+    let watch = Watch::start("comparing", request.quiet).map_err(whole_message)?;
+    let checked = map.check_against(&mut source, |progress| watch.at(progress));
+    drop(watch);
+    checked.map_err(|error| match error {
         // That names a file already.
-        Err(error @ Error::File(_)) => Err(whole_message(error)),
-        Err(error) => Err(format!("against {}: {}", path.display(), whole_message(error))),
-    }
+        deepshadow::Error::File(Error::File(_)) | deepshadow::Error::Query { .. } => {
+            whole_message(error)
+        }
+        error => format!("against {}: {}", path.display(), whole_message(error)),
+    })
 }
 
 /// An error with its causes, in one line.
-fn whole_message(error: Error) -> String {
-    format!("{:#}", anyhow::Error::from(error))
+fn whole_message(error: impl Into<anyhow::Error>) -> String {
+    format!("{:#}", error.into())
 }
 
 impl Outcome {

@@ -1,6 +1,5 @@
 //! What the commands write.
 
-pub(crate) mod layers;
 pub(crate) mod light;
 pub(crate) mod picture;
 pub(crate) mod plot;

@@ -3,17 +3,18 @@
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
-use dsm_core::{
-    DepthKind, Filter, LightExtent, PixelWindow, ShadowCamera, Transmittance, VisibilityView,
-};
-use dsm_io::{Attribute, Block, Codec, Container, Level, Metadata, TileDirectory, TileEntry};
-use serde::Serialize;
+use deepshadow::ShadowMap;
+use deepshadow::files::detail::{PixelValue, SummaryValue, TileDirectory, TileEntry};
+use deepshadow::files::{Attribute, Block, Codec, Level, MapSummary, PixelContents};
+use deepshadow::visibility::detail::{LightExtent, PixelWindow};
+use deepshadow::visibility::{DepthKind, Filter, ShadowCamera};
+use serde::ser::{Serialize, SerializeMap, Serializer};
+use serde_json::Value;
 
-use super::layers::{LayersOfPixel, LayersSummary};
 use super::printable;
 
 /// A map's metadata and levels, and one of its pixels.
-#[derive(Serialize)]
+#[derive(serde::Serialize)]
 pub(crate) struct Summary<'a> {
     kind: &'static str,
     width: u32,
@@ -34,23 +35,24 @@ pub(crate) struct Summary<'a> {
     software: &'a str,
     levels: Vec<LevelSummary>,
     attributes: &'a BTreeMap<String, Attribute>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) layers: Option<LayersSummary>,
+    /// What its tiles hold together.
+    contents: MapSummary,
+    /// The keys that only maps of its kind have.
+    #[serde(flatten)]
+    keys: Value,
     #[serde(flatten)]
     pub(crate) pixel: Option<PixelSummary>,
-    #[serde(flatten)]
-    pub(crate) layers_of_pixel: Option<LayersOfPixel>,
 }
 
 /// What depths measure, and between which all vertices of level 0 lie.
-#[derive(Serialize)]
+#[derive(serde::Serialize)]
 struct DepthSummary {
     kind: DepthKind,
     min: Option<f32>,
     max: Option<f32>,
 }
 
-#[derive(Serialize)]
+#[derive(serde::Serialize)]
 struct LevelSummary {
     width: u32,
     height: u32,
@@ -62,40 +64,38 @@ struct LevelSummary {
     bytes: u64,
 }
 
-/// One pixel's visibility function.
-#[derive(Serialize)]
+/// What is stored of one pixel.
 pub(crate) struct PixelSummary {
     x: u32,
     y: u32,
     level: u32,
-    /// Depth, V just before it, and V at it.
-    vertices: Vec<(f32, Light, Light)>,
+    contents: PixelContents,
 }
 
-/// A value of V.
-#[derive(Clone, Copy, Serialize)]
-#[serde(untagged)]
-pub(super) enum Light {
-    Mono(f32),
-    Rgb([f32; 3]),
+impl Serialize for PixelSummary {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(4))?;
+        map.serialize_entry("x", &self.x)?;
+        map.serialize_entry("y", &self.y)?;
+        map.serialize_entry("level", &self.level)?;
+        map.serialize_entry(self.contents.name(), &self.contents)?;
+        map.end()
+    }
 }
 
 impl<'a> Summary<'a> {
-    /// Reads the directories of all levels, but no tile.
-    pub(crate) fn new(
-        kind: &'static str,
-        metadata: &'a Metadata,
-        container: &Container,
-    ) -> dsm_io::Result<Self> {
+    /// Reads the directories of all levels, and what the map's kind sums up.
+    pub(crate) fn new(map: &'a ShadowMap) -> deepshadow::Result<Self> {
+        let (metadata, container) = (map.metadata(), map.container());
         let info = &metadata.info;
         let directory = container.directory(0)?;
         let levels = (0..)
             .zip(container.levels())
             .map(|(index, level)| Ok(LevelSummary::new(level, container.directory(index)?)))
-            .collect::<dsm_io::Result<_>>()?;
+            .collect::<deepshadow::files::Result<_>>()?;
         let stored = || directory.iter().map(|(_, tile)| tile).filter(|tile| !tile.is_empty());
         Ok(Self {
-            kind,
+            kind: map.kind(),
             width: metadata.width,
             height: metadata.height,
             channels: metadata.channels,
@@ -125,9 +125,9 @@ impl<'a> Summary<'a> {
             software: &metadata.software,
             levels,
             attributes: &metadata.attributes,
-            layers: None,
+            contents: map.summary()?,
+            keys: map.kind_metadata()?,
             pixel: None,
-            layers_of_pixel: None,
         })
     }
 
@@ -181,15 +181,29 @@ impl<'a> Summary<'a> {
             }
         }
         line("software", printable(self.software))?;
-        if let Some(layers) = &self.layers {
-            layers.write_text(output)?;
+        for (name, value) in self.keys.as_object().into_iter().flatten() {
+            line(name, printable(&value.to_string()))?;
         }
+        self.write_contents(output)?;
         self.write_levels(output)?;
         self.write_attributes(output)?;
-        if let Some(pixel) = &self.layers_of_pixel {
-            pixel.write_text(output)?;
-        }
         self.pixel.as_ref().map_or(Ok(()), |pixel| pixel.write_text(output))
+    }
+
+    fn write_contents(&self, output: &mut impl Write) -> io::Result<()> {
+        writeln!(output, "\n  contents")?;
+        let width = self.contents.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
+        for (name, value) in self.contents.iter() {
+            let shown = match value {
+                SummaryValue::Counts(counts) => {
+                    counts.iter().map(u64::to_string).collect::<Vec<_>>().join(", ")
+                }
+                SummaryValue::Count(count) => count.to_string(),
+                _ => continue,
+            };
+            writeln!(output, "    {:<width$}  {shown}", name.replace('_', " "))?;
+        }
+        Ok(())
     }
 
     fn write_levels(&self, output: &mut impl Write) -> io::Result<()> {
@@ -242,61 +256,41 @@ impl LevelSummary {
 }
 
 impl PixelSummary {
-    /// The function of pixel (`x`, `y`) of a level. The two vertices of a step
-    /// make one entry.
-    pub(crate) fn new<T: Transmittance>(
-        level: u32,
-        [x, y]: [u32; 2],
-        function: VisibilityView<'_, T>,
-    ) -> Self {
-        let mut vertices: Vec<(f32, Light, Light)> = Vec::with_capacity(function.len());
-        for vertex in function.vertices() {
-            let light = Light::of(vertex.value);
-            match vertices.last_mut() {
-                Some((z, _, after)) if *z == vertex.z => *after = light,
-                _ => vertices.push((vertex.z, light, light)),
-            }
-        }
-        Self { x, y, level, vertices }
+    pub(crate) const fn new(level: u32, [x, y]: [u32; 2], contents: PixelContents) -> Self {
+        Self { x, y, level, contents }
     }
 
     fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
-        let Self { x, y, level, vertices } = self;
+        let Self { x, y, level, contents } = self;
         let of_level = if *level == 0 { String::new() } else { format!(" of level {level}") };
         writeln!(output, "\n  pixel ({x}, {y}){of_level}")?;
-        if vertices.is_empty() {
-            return writeln!(output, "    no vertices: lit at every depth");
+        if contents.rows().is_empty() {
+            return writeln!(output, "    no {}: lit at every depth", contents.name());
         }
-        let column = vertices.first().map_or(12, |(_, before, _)| before.width());
-        writeln!(output, "    {:>14}  {:<column$}  V at and behind", "depth", "V before")?;
-        for (z, before, after) in vertices {
-            writeln!(output, "    {z:>14}  {:<column$}  {}", before.text(), after.text())?;
+        let shown = |value: &PixelValue| match value {
+            PixelValue::Number(number) => number.to_string(),
+            PixelValue::Count(count) => count.to_string(),
+            PixelValue::Rgb(values) => values.map(|value| format!("{value:<12}")).concat(),
+            _ => String::new(),
+        };
+        for (number, list) in contents.lists().enumerate() {
+            if contents.has_lists() {
+                writeln!(output, "    {} {number}", contents.name())?;
+            }
+            let rows: Vec<Vec<String>> =
+                list.iter().map(|row| row.iter().map(shown).collect()).collect();
+            let header = contents.columns().iter().map(|name| (*name).to_owned()).collect();
+            for row in [header].iter().chain(&rows) {
+                write!(output, "    {:>14}", row.first().map_or("", String::as_str))?;
+                for (column, cell) in row.iter().enumerate().skip(1) {
+                    let cells = rows.iter().filter_map(|row| row.get(column));
+                    let width = cells.map(|cell| cell.chars().count()).max().unwrap_or(0).max(10);
+                    write!(output, "  {cell:<width$}")?;
+                }
+                writeln!(output)?;
+            }
         }
         Ok(())
-    }
-}
-
-impl Light {
-    pub(super) fn of<T: Transmittance>(value: T) -> Self {
-        if T::CHANNELS == 1 {
-            Self::Mono(value.channel(0))
-        } else {
-            Self::Rgb([0, 1, 2].map(|channel| value.channel(channel)))
-        }
-    }
-
-    pub(super) fn text(self) -> String {
-        match self {
-            Self::Mono(value) => value.to_string(),
-            Self::Rgb(values) => values.map(|value| format!("{value:<12}")).concat(),
-        }
-    }
-
-    const fn width(self) -> usize {
-        match self {
-            Self::Mono(_) => 12,
-            Self::Rgb(_) => 36,
-        }
     }
 }
 
@@ -309,29 +303,4 @@ fn encoding<'a>(
 ) -> String {
     let highest = tiles.map(tag).max().unwrap_or(0);
     name(highest).map_or_else(|| format!("unknown ({highest})"), str::to_owned)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use dsm_core::{Rgb, Vertex, VisibilityFunction};
-
-    fn json<T: Transmittance>(vertices: &[(f32, T)]) -> String {
-        let vertices = vertices.iter().map(|&(z, value)| Vertex::new(z, value));
-        let function = VisibilityFunction::new(vertices).unwrap();
-        serde_json::to_string(&PixelSummary::new(0, [3, 4], function.view())).unwrap()
-    }
-
-    #[test]
-    fn a_step_is_one_entry() {
-        assert_eq!(
-            json(&[(1.0, 1.0), (1.0, 0.8), (2.0, 0.8), (4.5, 0.1_f32)]),
-            r#"{"x":3,"y":4,"level":0,"vertices":[[1.0,1.0,0.8],[2.0,0.8,0.8],[4.5,0.1,0.1]]}"#
-        );
-        assert_eq!(
-            json(&[(1.0, Rgb::CLEAR), (1.0, Rgb::new(0.5, 0.25, 0.0))]),
-            r#"{"x":3,"y":4,"level":0,"vertices":[[1.0,[1.0,1.0,1.0],[0.5,0.25,0.0]]]}"#
-        );
-        assert_eq!(json::<f32>(&[]), r#"{"x":3,"y":4,"level":0,"vertices":[]}"#);
-    }
 }

@@ -25,6 +25,7 @@ fn json_says_everything() {
             "camera",
             "channels",
             "codec",
+            "contents",
             "data_window",
             "depth",
             "display_window",

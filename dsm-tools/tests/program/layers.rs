@@ -97,7 +97,9 @@ fn fragments_are_baked_traced_and_shown() {
     assert_eq!(lights(&traced), [0.25, 1.0, 0.0, 1.0, 1.0]);
     let told = run!("inspect", map, "--json", "--pixel", "32,32").json();
     assert_eq!((&told["kind"], &told["samples"]), (&json!("fragments"), &json!(64)));
-    assert_eq!(told["runs"][0].as_array().unwrap().len(), 2);
+    assert_eq!(told["fragments"].as_array().unwrap().len(), 2);
+    assert_eq!(told["contents"]["max_fragments_per_pixel"], 2);
+    assert_eq!(told["coverage"], 8);
     let image = folder.path("i.png");
     run!(
         "render",
@@ -138,23 +140,25 @@ fn inspect_shows_layers_runs_counts_and_the_pyramid() {
     run!("bake", scene, "-o", map, "--kind", "mtsm", "--resolution", "32").stdout();
     let told = run!("inspect", map, "--json", "--pixel", "16,16").json();
     assert_eq!((&told["kind"], &told["samples"]), (&json!("mtsm"), &json!(1)));
-    assert_eq!(told["layers"]["max_layers"], 32);
-    assert_eq!(told["layers"]["resets"], 4);
-    assert_eq!(told["layers"]["most_runs"], 2);
-    assert_eq!(told["layers"]["most_layers"], 4);
-    let pyramid = told["layers"]["pyramid"].as_array().unwrap();
-    assert_eq!((pyramid.len(), &pyramid[5]), (6, &json!({"width": 1, "height": 1, "empty": 0})));
+    assert_eq!(told["layering"]["max_layers"], 32);
+    assert_eq!(told["layering"]["resets"], 4);
+    assert_eq!(told["contents"]["max_runs_per_pixel"], 2);
+    assert_eq!(told["contents"]["max_layers_per_pixel"], 4);
+    let empty = told["contents"]["empty_nodes"].as_array().unwrap();
+    assert_eq!((empty.len(), &empty[5]), (6, &json!(0)));
     // The camera stands 0.5 / tan 30° behind the light.
     let back = 0.5 / 30.0_f64.to_radians().tan();
     let depth = |index: usize| told["runs"][index][1][0].as_f64().unwrap();
-    assert!((told["layers"]["light_depth"].as_f64().unwrap() - back).abs() < 1e-6);
+    assert!((told["layering"]["light_depth"].as_f64().unwrap() - back).abs() < 1e-6);
     assert!((depth(0) - 3.0 - back).abs() < 1e-5 && (depth(1) - 5.0 - back).abs() < 1e-5);
     assert_eq!(told["runs"][0][1][2], 1);
     let text = run!("inspect", map, "--pixel", "16,16").stdout();
-    assert!(text.contains("kind        mtsm") && text.contains("run 1"), "{text}");
+    assert!(text.contains("kind        mtsm") && text.contains("runs 1"), "{text}");
     run!("inspect", map, "--slice", "inf", "--image", folder.path("s.png")).stdout();
     run!("inspect", map, "--pixel", "16,16", "--plot", folder.path("p.svg")).stdout();
-    assert!(run!("inspect", map, "--pixel", "32,0").refusal().contains("no pixel (32, 0)"));
+    assert!(
+        run!("inspect", map, "--pixel", "32,0").refusal().contains("pixel (32, 0) lies outside")
+    );
 }
 
 #[test]

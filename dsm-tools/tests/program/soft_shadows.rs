@@ -7,11 +7,11 @@ use std::sync::Arc;
 
 use dsm_core::{Facing, LightVisibility, Rgb, ShadedPoint, Transmittance};
 use dsm_io::Limits;
+use dsm_io::detail::KindReader;
 use dsm_scene::{SceneReference, TracedScene, open_scene};
 use glam::DVec3;
-use mtsm::LayeredReader;
 use serde_json::Value;
-use shadow_maps::fragments::FragmentTracer;
+use shadow_maps::fragments::{FragmentMap, FragmentTracer, Fragments};
 
 use crate::layers::{lights, points, scene};
 use crate::maps::Folder;
@@ -52,8 +52,8 @@ fn leaves_are_traced_with_the_far_table_that_their_map_and_light_allow() {
     let answer = run!("lookup", map, "--points", file, "--stats");
     assert_eq!(statistics(&answer)["far_table"], true);
     let answer = lights(&answer.stdout);
-    let reader = LayeredReader::open(&map, &Limits::default()).unwrap();
-    let fragments = reader.fragment_map::<f32>().unwrap();
+    let reader = KindReader::<Fragments>::open(&map, &Limits::default()).unwrap();
+    let fragments = FragmentMap::<f32>::read(&reader).unwrap();
     let light = fragments.frame().area_light(reader.metadata().info.light.unwrap());
     let shaded = |(seed, &position)| ShadedPoint { position, facing: Facing::Light, seed };
     let shaded: Vec<_> = (0..).zip(&points).map(shaded).collect();

@@ -3,54 +3,15 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use dsm_core::{BakeProgress, BakeSettings, HitSource, Tolerance, Transmittance};
-use dsm_io::{
-    AchievedError, Block, ContainerWriter, EncodedTile, Error, Level, Metadata, Result, TileId,
-};
+use dsm_core::{BakeSettings, HitSource, Progress, Tolerance, Transmittance};
+use dsm_io::detail::{AchievedError, EncodedTile, KindWriter, TileId};
+use dsm_io::{BakeReport, Block, Codec, Error, MapKind, Metadata, Result, WriteOptions};
 
-use super::tile::StoredTile;
-use super::{LayeredKeys, LayeredKind};
+use super::keys::LayeredKeys;
+use super::layers::Layers;
+use super::mtsm::Mtsm;
 use crate::build::{BakedLayers, MultilayerBaker};
-use crate::depth_layers::DepthLayers;
-use crate::layered_pixels::LayeredPixels;
 use crate::multilayer_settings::LayeredInfo;
-
-/// What a bake into a file made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct LayeredReport {
-    /// Hits of all samples.
-    pub hits: u64,
-    /// Pixels of which layers were left out, because they had too many.
-    pub cut_pixels: u64,
-    /// Length of the file in bytes.
-    pub bytes: u64,
-}
-
-/// Writes a layered map tile by tile, as [`dsm_io::MapWriter`] a deep one.
-pub(super) struct LayeredWriter {
-    pub(super) container: ContainerWriter,
-    json: Vec<u8>,
-}
-
-impl LayeredWriter {
-    pub(super) fn create(
-        path: &Path,
-        kind: LayeredKind,
-        metadata: &Metadata,
-        keys: LayeredKeys,
-        tile_size: u32,
-    ) -> Result<Self> {
-        let json = metadata.to_json_of(kind.name(), keys)?;
-        let tolerance = metadata.info.tolerance.epsilon();
-        let mut container = ContainerWriter::create(path)?;
-        container.add_level(Level::new(metadata.width, metadata.height, tile_size, tolerance))?;
-        Ok(Self { container, json })
-    }
-
-    pub(super) fn finish(self) -> Result<u64> {
-        self.container.finish(&self.json)
-    }
-}
 
 /// Bakes a multilayer transparent shadow map into a file that replaces `output`,
 /// if there is one, with tiles packed as `block`. `describe` may add to what the
@@ -68,14 +29,14 @@ pub fn bake_mtsm<T: Transmittance, S: HitSource<T>>(
     output: &Path,
     block: Block,
     describe: impl FnOnce(&mut Metadata),
-    watch: impl Fn(BakeProgress) -> ControlFlow<()> + Sync,
-) -> Result<LayeredReport>
+    watch: impl Fn(Progress) -> ControlFlow<()> + Sync,
+) -> Result<BakeReport>
 where
     S::Error: std::error::Error + Send + Sync + 'static,
 {
     let settings = &baker.settings().bake;
-    let mut file = OpenBake::start::<LayeredPixels<T>>(baker.info(), settings, output, describe)?;
-    let encode = |tile| BakedTile::encode::<LayeredPixels<T>>(tile, block).map_err(Failed::Write);
+    let mut file = OpenBake::<Mtsm>::start::<T>(baker.info(), settings, output, describe)?;
+    let encode = |tile| BakedTile::encode::<Mtsm, T>(tile, block).map_err(Failed::Write);
     let outcome = baker.run(encode, |tile| file.write(tile).map_err(Failed::Write), watch);
     file.finish(outcome)
 }
@@ -90,8 +51,8 @@ pub fn bake_layers<T: Transmittance, S: HitSource<T>>(
     output: &Path,
     block: Block,
     describe: impl FnOnce(&mut Metadata),
-    watch: impl Fn(BakeProgress) -> ControlFlow<()> + Sync,
-) -> Result<LayeredReport>
+    watch: impl Fn(Progress) -> ControlFlow<()> + Sync,
+) -> Result<BakeReport>
 where
     S::Error: std::error::Error + Send + Sync + 'static,
 {
@@ -100,8 +61,8 @@ where
     // Its layers are as they were met, and do not stand in runs.
     info.map.tolerance = Tolerance::EXACT;
     info.layering.resets = 0;
-    let mut file = OpenBake::start::<DepthLayers<T>>(info, settings, output, describe)?;
-    let encode = |tile| BakedTile::encode::<DepthLayers<T>>(tile, block).map_err(Failed::Write);
+    let mut file = OpenBake::<Layers>::start::<T>(info, settings, output, describe)?;
+    let encode = |tile| BakedTile::encode::<Layers, T>(tile, block).map_err(Failed::Write);
     let outcome = baker.run_depths(encode, |tile| file.write(tile).map_err(Failed::Write), watch);
     file.finish(outcome)
 }
@@ -116,22 +77,25 @@ struct BakedTile {
 }
 
 impl BakedTile {
-    fn encode<P: StoredTile>(baked: BakedLayers<P>, block: Block) -> Result<Self> {
+    fn encode<K: MapKind, T: Transmittance>(
+        baked: BakedLayers<K::Tile<T>>,
+        block: Block,
+    ) -> Result<Self> {
         let BakedLayers { tile, pixels, max_error, mean_error, hits, cut_pixels } = baked;
-        let encoded = pixels.encode(block)?;
+        let encoded = K::encode(&pixels, Codec::Exact, block)?;
         let error = AchievedError::enclosing(max_error, mean_error);
         Ok(Self { tile, encoded, error, hits, cut_pixels })
     }
 }
 
 /// A file that a bake writes into.
-struct OpenBake {
-    writer: LayeredWriter,
-    report: LayeredReport,
+struct OpenBake<K: MapKind> {
+    writer: KindWriter<K>,
+    report: BakeReport,
 }
 
-impl OpenBake {
-    fn start<P: StoredTile>(
+impl<K: MapKind<Keys = LayeredKeys>> OpenBake<K> {
+    fn start<T: Transmittance>(
         info: LayeredInfo,
         settings: &BakeSettings,
         output: &Path,
@@ -142,30 +106,30 @@ impl OpenBake {
         }
         let [width, height] = settings.size;
         // 1 or 3.
-        let mut metadata = Metadata::new(width, height, P::CHANNELS as u8, info.map);
+        let mut metadata = Metadata::new(width, height, T::CHANNELS as u8, info.map);
         describe(&mut metadata);
-        let keys = LayeredKeys { layering: info.layering, coverage: None };
-        let writer = LayeredWriter::create(output, P::KIND, &metadata, keys, settings.tile_size)?;
-        Ok(Self { writer, report: LayeredReport { hits: 0, cut_pixels: 0, bytes: 0 } })
+        let options = WriteOptions::default().with_tile_size(settings.tile_size);
+        let writer = KindWriter::create(output, metadata, &info.layering.into(), options)?;
+        Ok(Self { writer, report: BakeReport::default() })
     }
 
     fn write(&mut self, tile: BakedTile) -> Result<()> {
         self.report.hits += tile.hits;
         self.report.cut_pixels += tile.cut_pixels;
         let id = TileId::new(0, tile.tile[0], tile.tile[1]);
-        self.writer.container.write_tile(id, &tile.encoded, tile.error)
+        self.writer.write_encoded(id, &tile.encoded, tile.error)
     }
 
     fn finish<E>(
         self,
         outcome: std::result::Result<ControlFlow<()>, Failed<E>>,
-    ) -> Result<LayeredReport>
+    ) -> Result<BakeReport>
     where
         E: std::error::Error + Send + Sync + 'static,
     {
         match outcome {
             Ok(ControlFlow::Continue(())) => {
-                Ok(LayeredReport { bytes: self.writer.finish()?, ..self.report })
+                Ok(BakeReport { bytes: self.writer.finish()?, ..self.report })
             }
             Ok(ControlFlow::Break(())) => Err(Error::Interrupted),
             Err(Failed::Write(error)) => Err(error),

@@ -1,7 +1,8 @@
 //! What stops the ray of a plain shadow map's sample.
 
+use dsm_core::detail::VolumeSegment;
 use dsm_core::random::{mix32, unit32};
-use dsm_core::{TileHits, Transmittance, VolumeSegment};
+use dsm_core::{TileHits, Transmittance};
 
 /// What stops a sample's ray: a plain shadow map keeps one depth of it,
 /// whatever it meets.

@@ -1,9 +1,12 @@
 //! Whatever is damaged is found, behind right checksums too.
 
+use std::borrow::Cow;
+use std::ops::Range;
 use std::sync::Arc;
 
 use dsm_core::{MapInfo, Vertex};
-use dsm_io::{AchievedError, Block, Container, Limits, MapReader, Metadata, Source, WriteOptions};
+use dsm_io::detail::AchievedError;
+use dsm_io::{Block, Container, Limits, MapReader, Metadata, Source, WriteOptions};
 use dsm_tests::forge::Forge;
 use dsm_tests::whole_message;
 use rayon::prelude::*;
@@ -47,8 +50,12 @@ fn every_changed_byte_is_found() {
 struct Shared(Arc<Vec<u8>>);
 
 impl Source for Shared {
-    fn bytes(&self) -> &[u8] {
-        &self.0
+    fn length(&self) -> u64 {
+        self.0.len() as u64
+    }
+
+    fn read(&self, range: Range<u64>) -> dsm_io::Result<Cow<'_, [u8]>> {
+        Ok(Cow::Borrowed(&self.0[range.start as usize..range.end as usize]))
     }
 }
 
@@ -75,7 +82,7 @@ fn large(block: Block) -> Vec<u8> {
 /// Random bytes; every byte of small files is above.
 #[test]
 fn a_changed_byte_of_a_large_map_is_found() {
-    let long = std::env::var_os("DSM_LONG_TESTS").is_some();
+    let long = dsm_testkit::is_long();
     let flips: u64 = if long { 10_000 } else { 1000 };
     for block in [Block::Plain, Block::Zstd] {
         let file = large(block);

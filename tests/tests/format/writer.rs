@@ -1,13 +1,17 @@
 //! What the writer refuses, and what it fills in; what limits stop.
 
-use dsm_core::{InFile, MapInfo, PixelLists, Rgb};
+use std::borrow::Cow;
+use std::ops::Range;
+
+use dsm_core::detail::InFile;
+use dsm_core::{MapInfo, PixelLists, Rgb};
+use dsm_io::detail::{AchievedError, ContainerWriter, EncodedTile, SectionKind, Tile, TileId};
 use dsm_io::{
-    AchievedError, Block, Container, ContainerWriter, EncodedTile, Error, Level, Limits, MapReader,
-    MapWriter, Metadata, SectionKind, Source, Tile, TileId, WriteOptions,
+    Block, Container, Error, Level, Limits, MapReader, MapWriter, Metadata, Source, WriteOptions,
 };
+use dsm_tests::forge::Forge;
 
 use crate::examples::{coloured, document, mono};
-use dsm_tests::forge::Forge;
 
 fn bare_error(error: Error) -> Error {
     match error {
@@ -107,10 +111,10 @@ fn the_container_holds_any_kind_and_skips_what_it_need_not_know() {
 
     let container = Container::open(&path, &Limits::default()).unwrap();
     assert_eq!(container.kind().unwrap(), "layers");
-    assert_eq!(container.payload(TileId::default()).unwrap(), b"whatever");
+    assert_eq!(container.payload(TileId::default()).unwrap(), b"whatever".as_slice());
     let kinds: Vec<_> = container.sections().map(|kind| kind.to_string()).collect();
     assert_eq!(kinds, ["note", "none", "META", "TDIR", "LEVL"]);
-    assert_eq!(container.section(0).unwrap(), b"of no importance");
+    assert_eq!(container.section(0).unwrap(), b"of no importance".as_slice());
     let refused = bare_error(MapReader::open(&path, &Limits::default()).unwrap_err());
     assert!(matches!(refused, Error::Kind { found, .. } if found == "layers"));
 }
@@ -217,8 +221,13 @@ impl Odd {
 }
 
 impl Source for Odd {
-    fn bytes(&self) -> &[u8] {
-        &self.bytes[self.start..self.start + self.bytes.len() - 1]
+    fn length(&self) -> u64 {
+        self.bytes.len() as u64 - 1
+    }
+
+    fn read(&self, range: Range<u64>) -> dsm_io::Result<Cow<'_, [u8]>> {
+        let [start, end] = [range.start, range.end].map(|at| self.start + at as usize);
+        Ok(Cow::Borrowed(&self.bytes[start..end]))
     }
 }
 

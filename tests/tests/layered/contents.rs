@@ -4,16 +4,18 @@ use std::ops::ControlFlow;
 
 use dsm_core::{
     Error, HitSource, Rgb, SurfaceHit, TileHits, TileSamples, Tolerance, Transmittance,
+    VisibilityField,
 };
-use dsm_io::{Block, Container, ContainerWriter, Level, Limits, Memory};
+use dsm_io::detail::{AchievedError, KindReader, KindWriter, Memory, PixelValue, TileId};
+use dsm_io::{
+    BakeReport, Block, Container, Error as FileError, Level, Limits, MapKind, TileCache,
+    WriteOptions,
+};
 use glam::Vec3;
-use mtsm::{
-    LayeredKind, LayeredReader, LayeredReport, MultilayerBaker, bake_fragments, bake_layers,
-    bake_mtsm,
-};
-use shadow_maps::fragments::FragmentMap;
+use mtsm::{Layers, Mtsm, MultilayerBaker, MultilayerMap, bake_layers, bake_mtsm};
+use shadow_maps::fragments::{FragmentMap, Fragments, bake_fragments};
 
-use crate::examples::{baker, file, fragment_map, fragments, open, settings, source};
+use crate::examples::{baker, file, fragment_map, fragments, read, settings, source};
 
 /// Slanted panes, of which each pixel has its own part, and strands.
 struct Panes;
@@ -45,8 +47,8 @@ fn planes_and_masks<T: Transmittance>() {
     let map: FragmentMap<T> = builder.build(&Panes).unwrap();
     for block in [Block::Plain, Block::Zstd] {
         bake_fragments::<T, _>(&builder, &Panes, &path, (4, block), |_| {}).unwrap();
-        let reader = LayeredReader::open(&path, &Limits::default()).unwrap();
-        assert_eq!(reader.fragment_map::<T>().unwrap(), map);
+        let reader = KindReader::<Fragments>::open(&path, &Limits::default()).unwrap();
+        assert_eq!(FragmentMap::<T>::read(&reader).unwrap(), map);
         assert!(reader.verify().is_empty());
         assert_eq!(reader.metadata().info.samples, Some(64));
         // Every tile says between which depths all that is covered lies.
@@ -74,43 +76,48 @@ fn planes_and_masks_come_back() {
     planes_and_masks::<Rgb>();
 }
 
-/// What is left behind each of these opacities.
-fn left<T: Transmittance>(opacities: impl Iterator<Item = T>) -> Vec<T> {
-    let mut left = T::CLEAR;
-    let behind = |opacity: T| {
-        left = T::from_channels(|channel| left.channel(channel) * (1.0 - opacity.channel(channel)));
-        left
-    };
-    opacities.map(behind).collect()
-}
-
 fn pixels<T: Transmittance>() {
-    let depths = baker::<T>().depth_map().unwrap();
+    let (runs, depths) = (baker::<T>().map().unwrap(), baker::<T>().depth_map().unwrap());
     let planes = fragment_map::<T>();
-    let layers = open(file::<T>(LayeredKind::Layers, Block::Zstd)).unwrap();
-    let fragments = open(file::<T>(LayeredKind::Fragments, Block::Zstd)).unwrap();
+    let mtsm = read::<Mtsm>(file::<T>(Mtsm::NAME, Block::Zstd)).unwrap();
+    let layers = read::<Layers>(file::<T>(Layers::NAME, Block::Zstd)).unwrap();
+    let fragments = read::<Fragments>(file::<T>(Fragments::NAME, Block::Zstd)).unwrap();
+    let number = PixelValue::Number;
     let (mut occupied, mut most) = (0, 0);
     for (x, y) in (0..5).flat_map(|y| (0..6).map(move |x| (x, y))) {
-        let hits: Vec<_> = depths.pixels().layers((y * 6 + x) as usize).collect();
-        let shown = layers.pixel_runs::<T>([x, y]).unwrap().concat();
-        let values = left(hits.iter().map(|hit| hit.opacity));
-        assert!(shown.iter().map(|layer| layer.visibility).eq(values));
-        assert!(shown.iter().map(|layer| layer.depth).eq(hits.iter().map(|hit| hit.depth)));
+        let pixel = (y * 6 + x) as usize;
+        let shown = mtsm.contents::<T>(0, [x, y]).unwrap();
+        let expected = runs.pixels().runs(pixel).map(|run| {
+            let row = |layer: mtsm::detail::Layer<T>| {
+                vec![
+                    number(layer.depth),
+                    PixelValue::light(layer.visibility),
+                    PixelValue::Count(layer.count),
+                ]
+            };
+            run.layers().map(row).collect::<Vec<_>>()
+        });
+        assert!(shown.lists().map(<[_]>::to_vec).eq(expected), "({x}, {y})");
+        let shown = layers.contents::<T>(0, [x, y]).unwrap();
+        let expected = depths.pixels().layers(pixel);
+        let expected = expected.map(|hit| vec![number(hit.depth), PixelValue::light(hit.opacity)]);
+        assert!(shown.rows().iter().cloned().eq(expected), "({x}, {y})");
         // The nearest first.
         let mut nearest: Vec<_> = planes.pixel(x, y).collect();
         nearest.reverse();
-        let shown = fragments.pixel_runs::<T>([x, y]).unwrap().concat();
-        let values = left(nearest.iter().map(|one| one.opacity));
-        assert!(shown.iter().map(|layer| layer.visibility).eq(values));
-        assert!(shown.iter().map(|layer| layer.depth).eq(nearest.iter().map(|one| one.w.recip())));
-        assert!(shown.iter().all(|layer| layer.count == 1));
+        let shown = fragments.contents::<T>(0, [x, y]).unwrap();
+        let expected = nearest.iter().map(|one| {
+            let covered = PixelValue::Count(one.coverage.count_ones());
+            vec![number(one.w.recip()), PixelValue::light(one.opacity), covered]
+        });
+        assert!(shown.rows().iter().cloned().eq(expected), "({x}, {y})");
         occupied += u64::from(!nearest.is_empty());
         most = most.max(nearest.len() as u64);
     }
     let summary = fragments.summary().unwrap();
-    assert_eq!((summary.runs, summary.most_runs), (occupied, 1));
-    assert_eq!((summary.samples, summary.most_layers), (planes.len() as u64, most));
-    assert_eq!(summary.empty_pixels, 30 - occupied);
+    assert_eq!(summary.count("fragments"), Some(planes.len() as u64));
+    assert_eq!(summary.count("max_fragments_per_pixel"), Some(most));
+    assert_eq!(summary.count("empty_pixels"), Some(30 - occupied));
     assert!(most > 2 && occupied < 30);
 }
 
@@ -139,9 +146,10 @@ fn bakes_count_hits_and_what_was_cut() {
     let all = bake_layers(&few(32), &path, Block::Zstd, |_| {}, go_on).unwrap();
     assert_eq!((all.cut_pixels, all.hits), (0, depths.hits));
     assert!(all.hits >= (0..30).map(count).sum());
-    let reader = LayeredReader::open(&path, &Limits::default()).unwrap();
+    let reader = KindReader::<Layers>::open(&path, &Limits::default()).unwrap();
     assert_eq!(reader.metadata().info.tolerance, Tolerance::EXACT);
-    assert_eq!((reader.layering().resets, reader.layering().max_layers), (0, 32));
+    let layering = reader.keys().layering;
+    assert_eq!((layering.resets, layering.max_layers), (0, 32));
     let [runs, cut_runs] =
         [32, 1].map(|layers| bake_mtsm(&few(layers), &path, Block::Zstd, |_| {}, go_on).unwrap());
     assert_eq!((runs.hits, runs.cut_pixels), (all.hits, 0));
@@ -150,13 +158,13 @@ fn bakes_count_hits_and_what_was_cut() {
         let builder = fragments().with_layers(layers).unwrap();
         bake_fragments::<f32, _>(&builder, &source(), &path, (4, Block::Zstd), |_| {})
     });
-    let LayeredReport { hits, cut_pixels, .. } = planes.unwrap();
+    let BakeReport { hits, cut_pixels, .. } = planes.unwrap();
     assert!(hits > fragment_map::<f32>().len() as u64 && cut_pixels == 0);
     assert_eq!(cut_planes.unwrap().cut_pixels, cut);
 }
 
 #[test]
-fn crops_levels_and_what_is_too_large_are_refused() {
+fn crops_and_what_is_too_large_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.dsm");
     let go_on = |_| ControlFlow::Continue(());
@@ -167,24 +175,64 @@ fn crops_levels_and_what_is_too_large_are_refused() {
     assert!(refused.to_string().contains("baked whole"), "{refused}");
     assert!(!path.exists());
 
-    let bytes = file::<f32>(LayeredKind::Mtsm, Block::Plain);
-    let whole = open(bytes.clone()).unwrap();
-    let mut writer = ContainerWriter::create(&path).unwrap();
-    writer.add_level(Level::new(6, 5, 4, 0.02)).unwrap();
-    writer.add_level(Level { number: 1, ..Level::new(3, 3, 4, 0.02) }).unwrap();
-    writer.finish(whole.container().metadata().unwrap()).unwrap();
-    let refused = LayeredReader::open(&path, &Limits::default()).unwrap_err();
-    assert!(refused.to_string().contains("a layered map has one level"), "{refused}");
-
+    let bytes = file::<f32>(Mtsm::NAME, Block::Plain);
     let within = |change: fn(&mut Limits)| {
         let mut limits = Limits::default();
         change(&mut limits);
         let container = Container::from_source(Memory::from(bytes.clone()), &Limits::default());
-        let reader = LayeredReader::new(container.unwrap(), &limits).unwrap();
-        reader.multilayer_map::<f32>().map(drop).map_err(|error| error.to_string())
+        let reader = KindReader::<Mtsm>::new(container.unwrap(), &limits).unwrap();
+        MultilayerMap::<f32>::read(&reader).map(drop).map_err(|error| error.to_string())
     };
     assert_eq!(within(|limits| limits.max_pixels = 30), Ok(()));
     assert!(within(|limits| limits.max_pixels = 29).unwrap_err().contains("pixels"));
     let refused = within(|limits| limits.max_in_memory_bytes = 64).unwrap_err();
     assert!(refused.contains("bytes of a map in memory"), "{refused}");
+    let refused = within(|limits| limits.max_chunk_bytes = 64).unwrap_err();
+    assert!(refused.contains("bytes of a tile"), "{refused}");
+}
+
+/// Levels and views of any kind are written, found by view and number, and read.
+#[test]
+fn levels_and_views_have_tiles_of_the_kind() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("map.dsm");
+    let whole = read::<Mtsm>(file::<f32>(Mtsm::NAME, Block::Plain)).unwrap();
+    let (keys, options) = (*whole.keys(), WriteOptions::default().with_tile_size(4));
+    let metadata = whole.metadata().clone();
+    let mut writer = KindWriter::<Mtsm>::create(&path, metadata, &keys, options).unwrap();
+    let level = |view, number, size: [u32; 2]| Level {
+        view,
+        number,
+        ..Level::new(size[0], size[1], 4, 0.02)
+    };
+    assert_eq!(writer.add_level(level(0, 1, [3, 3])).unwrap(), 1);
+    assert_eq!(writer.add_level(level(1, 0, [4, 4])).unwrap(), 2);
+    assert!(writer.add_level(level(3, 0, [4, 4])).is_err(), "views count from 0");
+    let tile = whole.decode_tile::<f32>(TileId::new(0, 0, 0)).unwrap();
+    for view in [0, 2] {
+        writer.write_tile(TileId::new(view, 0, 0), &tile, AchievedError::NONE).unwrap();
+    }
+    let wrong = writer.write_tile(TileId::new(1, 0, 0), &tile, AchievedError::NONE);
+    assert!(wrong.unwrap_err().to_string().contains("has 3 × 3 pixels, not 4 × 4"));
+    writer.finish().unwrap();
+    let reader = KindReader::<Mtsm>::open(&path, &Limits::default()).unwrap();
+    assert_eq!(reader.verify().len(), 0);
+    let container = reader.container();
+    assert_eq!(container.view_count(), 2);
+    assert_eq!(container.level_of_view(0, 1).unwrap(), 1);
+    assert_eq!(container.level_of_view(1, 0).unwrap(), 2);
+    assert!(matches!(container.level_of_view(1, 1), Err(FileError::NoSuchLevel(1))));
+    assert_eq!(container.view(0).map(|(index, _)| index).collect::<Vec<_>>(), [0, 1]);
+    assert_eq!(container.view(7).len(), 0);
+    assert_eq!(reader.decode_tile::<f32>(TileId::new(2, 0, 0)).unwrap(), tile);
+    assert_eq!(
+        reader.contents::<f32>(2, [1, 0]).unwrap(),
+        whole.contents::<f32>(0, [1, 0]).unwrap()
+    );
+    // The other views have cursors of their own.
+    let map = TileCache::new(1 << 20).insert::<f32, _>(reader).unwrap();
+    let cursor = map.level_cursor(2).unwrap();
+    assert_eq!(cursor.evaluate([1, 0], 9.0).unwrap(), map.cursor().evaluate([1, 0], 9.0).unwrap());
+    assert_eq!(map.view_pyramid(1).unwrap().levels().len(), 1);
+    assert!(map.view_pyramid(2).is_err());
 }

@@ -1,12 +1,13 @@
 //! Whatever is damaged is found, behind right checksums too.
 
 use dsm_core::Rgb;
-use dsm_io::Block;
+use dsm_io::{Block, MapKind};
 use dsm_tests::forge::Forge;
 use dsm_tests::whole_message;
-use mtsm::LayeredKind;
+use mtsm::{Layers, Mtsm, MultilayerDepthMap, MultilayerMap};
+use shadow_maps::fragments::{FragmentMap, Fragments};
 
-use crate::examples::{file, open};
+use crate::examples::{KINDS, file, open};
 
 fn problems(bytes: Vec<u8>) -> Vec<String> {
     match open(bytes) {
@@ -17,7 +18,7 @@ fn problems(bytes: Vec<u8>) -> Vec<String> {
 
 fn every_kind() -> Vec<Vec<u8>> {
     let mut files = Vec::new();
-    for kind in [LayeredKind::Mtsm, LayeredKind::Layers, LayeredKind::Fragments] {
+    for kind in KINDS {
         for block in [Block::Plain, Block::Zstd] {
             files.push(file::<f32>(kind, block));
             files.push(file::<Rgb>(kind, block));
@@ -62,13 +63,19 @@ fn any_word_of_a_payload_may_be_anything() {
             for word in [0, 1, 2, 7, 0x7fff_ffff, 0x3f80_0000, 0x7fc0_0000, u32::MAX] {
                 let mut changed = forge.clone();
                 changed.put(at, word.to_le_bytes());
-                if let Ok(reader) = open(changed.sign()) {
-                    drop(reader.verify());
-                    drop(reader.summary());
-                    drop(reader.pixel_runs::<f32>([0, 0]));
-                    drop(reader.multilayer_map::<Rgb>());
-                    drop(reader.multilayer_depth_map::<f32>());
-                    drop(reader.fragment_map::<f32>());
+                if let Ok(map) = open(changed.sign()) {
+                    drop(map.verify());
+                    drop(map.summary());
+                    drop(map.contents(0, [0, 0]));
+                    if let Some(reader) = map.downcast_ref::<Mtsm>() {
+                        drop(MultilayerMap::<Rgb>::read(reader));
+                    }
+                    if let Some(reader) = map.downcast_ref::<Layers>() {
+                        drop(MultilayerDepthMap::<f32>::read(reader));
+                    }
+                    if let Some(reader) = map.downcast_ref::<Fragments>() {
+                        drop(FragmentMap::<f32>::read(reader));
+                    }
                 }
             }
         }
@@ -85,8 +92,8 @@ fn signed(file: &[u8], says: &str, change: impl FnOnce(&mut Forge)) {
 
 #[test]
 fn what_breaks_a_rule_is_named() {
-    let mtsm = file::<f32>(LayeredKind::Mtsm, Block::Plain);
-    let layers = file::<f32>(LayeredKind::Layers, Block::Plain);
+    let mtsm = file::<f32>(Mtsm::NAME, Block::Plain);
+    let layers = file::<f32>(Layers::NAME, Block::Plain);
     let count = |f: &Forge| f.u64(f.tile_entry(0) + 24) as usize;
     let last = move |f: &Forge| f.payload(0) + f.u64(f.tile_entry(0) + 8) as usize - 4;
     let negative = (-1.0_f32).to_le_bytes();
@@ -118,8 +125,13 @@ fn what_breaks_a_rule_is_named() {
     signed(&mtsm, "metadata", |f| f.replace("\"max_layers\":32", "\"max_layers\": 0"));
     signed(&mtsm, "metadata", |f| f.replace("\"light_depth\":0.25", "\"light_depth\":-0.5"));
     signed(&mtsm, "metadata", |f| f.replace("\"layering\"", "\"larering\""));
-    signed(&mtsm, "not a map of layers", |f| f.replace("\"mtsm\"", "\"deep\""));
-    signed(&mtsm, "stored whole", |f| f.put(f.section(b"LEVL") + 16, [4, 0, 0, 0]));
+    signed(&mtsm, "not one that this program reads", |f| f.replace("\"mtsm\"", "\"mtms\""));
+    signed(&mtsm, "version 7 of kind \"mtsm\"; this program reads up to 1", |f| {
+        f.replace("\"width\":6,\"height\":5", "\"kind_version\":7   ");
+    });
+    signed(&mtsm, "a multilayer transparent shadow map is stored whole", |f| {
+        f.put(f.section(b"LEVL") + 16, [4, 0, 0, 0])
+    });
     signed(&layers, "opacities must lie in [0, 1]", |f| {
         let at = last(f);
         f.put(at, negative);
@@ -138,7 +150,7 @@ fn what_breaks_a_rule_is_named() {
             f.put(at, longer.to_le_bytes());
         }
     });
-    let fragments = file::<f32>(LayeredKind::Fragments, Block::Plain);
+    let fragments = file::<f32>(Fragments::NAME, Block::Plain);
     signed(&fragments, "takes nothing away", |f| {
         let [low, high] = [last(f) - 4 * count(f), last(f)];
         f.put(low, [0; 4]);

@@ -3,13 +3,11 @@
 use std::ops::ControlFlow;
 
 use dsm_core::{Error, RayHits, RaySource, SamplePoint, ShadowCamera, SurfaceHit, Transmittance};
-use dsm_io::{Block, Container, Limits, Memory};
+use dsm_io::detail::{ErasedMap, KindReader, Memory};
+use dsm_io::{Block, Container, Kinds, Limits, MapKind};
 use glam::{DMat4, DVec4};
-use mtsm::{
-    LayeredKind, LayeredReader, MultilayerBaker, MultilayerSettings, bake_fragments, bake_layers,
-    bake_mtsm,
-};
-use shadow_maps::fragments::{FragmentBuilder, FragmentMap};
+use mtsm::{Layers, Mtsm, MultilayerBaker, MultilayerSettings, bake_layers, bake_mtsm};
+use shadow_maps::fragments::{FragmentBuilder, FragmentMap, Fragments, bake_fragments};
 
 pub(crate) type Ray<T> = fn(SamplePoint, &mut RayHits<T>) -> Result<(), Error>;
 
@@ -79,14 +77,14 @@ pub(crate) fn fragment_map<T: Transmittance>() -> FragmentMap<T> {
 }
 
 /// The file of a map.
-pub(crate) fn file<T: Transmittance>(kind: LayeredKind, block: Block) -> Vec<u8> {
+pub(crate) fn file<T: Transmittance>(kind: &str, block: Block) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.dsm");
     let baker = baker::<T>();
     let watch = |_| ControlFlow::Continue(());
     let bytes = match kind {
-        LayeredKind::Mtsm => bake_mtsm(&baker, &path, block, |_| {}, watch).unwrap().bytes,
-        LayeredKind::Layers => bake_layers(&baker, &path, block, |_| {}, watch).unwrap().bytes,
+        Mtsm::NAME => bake_mtsm(&baker, &path, block, |_| {}, watch).unwrap().bytes,
+        Layers::NAME => bake_layers(&baker, &path, block, |_| {}, watch).unwrap().bytes,
         _ => {
             let source: RaySource<Ray<T>> = RaySource(sheets::<T>);
             let tiles = (4, block);
@@ -98,8 +96,16 @@ pub(crate) fn file<T: Transmittance>(kind: LayeredKind, block: Block) -> Vec<u8>
     file
 }
 
-pub(crate) fn open(bytes: Vec<u8>) -> dsm_io::Result<LayeredReader> {
+/// All kinds of layered maps.
+pub(crate) const KINDS: [&str; 3] = [Mtsm::NAME, Layers::NAME, Fragments::NAME];
+
+pub(crate) fn open(bytes: Vec<u8>) -> dsm_io::Result<Box<dyn ErasedMap>> {
     let limits = Limits::default();
-    let container = Container::from_source(Memory::from(bytes), &limits)?;
-    LayeredReader::new(container, &limits)
+    let kinds = Kinds::default().with::<Mtsm>().with::<Layers>().with::<Fragments>();
+    kinds.read(Container::from_source(Memory::from(bytes), &limits)?, &limits)
+}
+
+/// Opens a file of a kind that is known.
+pub(crate) fn read<K: MapKind>(bytes: Vec<u8>) -> dsm_io::Result<KindReader<K>> {
+    KindReader::from_bytes(bytes, &Limits::default())
 }

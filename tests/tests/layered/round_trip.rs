@@ -3,10 +3,11 @@
 use std::ops::ControlFlow;
 
 use dsm_core::{Rgb, Transmittance};
-use dsm_io::{Block, Error, Limits, MapReader};
-use mtsm::{LayeredKind, bake_mtsm};
+use dsm_io::{Block, Error, Limits, MapKind, MapReader};
+use mtsm::{Layers, Mtsm, MultilayerDepthMap, MultilayerMap, bake_mtsm};
+use shadow_maps::fragments::{FragmentMap, Fragments};
 
-use crate::examples::{baker, file, fragment_map, open};
+use crate::examples::{KINDS, baker, file, fragment_map, open, read};
 
 const BLOCKS: [Block; 2] = [Block::Plain, Block::Zstd];
 
@@ -15,28 +16,34 @@ fn check<T: Transmittance>() {
     assert!(map.pixels().run_count() > 20 && map.pixels().sample_count() > 30);
     assert!((0..30).any(|pixel| map.pixels().runs(pixel).len() > 1));
     for block in BLOCKS {
-        let reader = open(file::<T>(LayeredKind::Mtsm, block)).unwrap();
-        assert_eq!(reader.multilayer_map::<T>().unwrap(), map);
+        let reader = read::<Mtsm>(file::<T>(Mtsm::NAME, block)).unwrap();
+        assert_eq!(MultilayerMap::<T>::read(&reader).unwrap(), map);
         assert!(reader.verify().is_empty());
         let summary = reader.summary().unwrap();
-        assert_eq!(summary.runs, map.pixels().run_count() as u64);
-        assert_eq!(summary.layers, map.pixels().layer_count() as u64);
-        assert_eq!(summary.samples, map.pixels().sample_count());
-        for pixel in 0..30_u32 {
-            let runs = reader.pixel_runs::<T>([pixel % 6, pixel / 6]).unwrap();
-            let expected = map.pixels().runs(pixel as usize);
-            assert!(runs.into_iter().eq(expected.map(|run| run.layers().collect::<Vec<_>>())));
+        assert_eq!(summary.count("runs"), Some(map.pixels().run_count() as u64));
+        assert_eq!(summary.count("layers"), Some(map.pixels().layer_count() as u64));
+        assert_eq!(summary.count("samples"), Some(map.pixels().sample_count()));
+        // The first runs are a deep map.
+        let whole = reader.tile_rect(Default::default()).unwrap();
+        let deep = reader.functions::<T>(0, whole).unwrap();
+        for (x, y) in (0..whole.height).flat_map(|y| (0..whole.width).map(move |x| (x, y))) {
+            let first = map.pixels().first_run((y * 6 + x) as usize);
+            let vertices = deep.pixel(x, y).vertices();
+            let expected = first.into_iter().flat_map(|run| run.function().vertices());
+            assert!(vertices.eq(expected));
         }
-        assert!(matches!(reader.multilayer_depth_map::<T>(), Err(Error::Kind { .. })));
 
-        let reader = open(file::<T>(LayeredKind::Layers, block)).unwrap();
-        assert_eq!(reader.multilayer_depth_map::<T>().unwrap().pixels(), depths.pixels());
+        let reader = read::<Layers>(file::<T>(Layers::NAME, block)).unwrap();
+        assert_eq!(MultilayerDepthMap::<T>::read(&reader).unwrap().pixels(), depths.pixels());
         assert!(reader.verify().is_empty());
         let summary = reader.summary().unwrap();
-        assert_eq!(summary.layers, depths.pixels().layer_count() as u64);
-        assert_eq!((summary.most_runs, summary.most_layers), (1, 5));
-        assert!(reader.pixel_runs::<T>([6, 0]).is_err());
-        assert!(matches!(reader.multilayer_map::<T>(), Err(Error::Kind { .. })));
+        assert_eq!(summary.count("layers"), Some(depths.pixels().layer_count() as u64));
+        assert_eq!(summary.count("max_layers_per_pixel"), Some(5));
+        assert!(reader.contents::<T>(0, [6, 0]).is_err());
+        assert!(matches!(
+            reader.functions::<T>(0, whole),
+            Err(Error::File { .. } | Error::Kind { .. })
+        ));
     }
 }
 
@@ -44,13 +51,10 @@ fn check_fragments<T: Transmittance>() {
     let map = fragment_map::<T>();
     assert!(map.len() > 30);
     for block in BLOCKS {
-        let reader = open(file::<T>(LayeredKind::Fragments, block)).unwrap();
-        assert_eq!(reader.kind(), LayeredKind::Fragments);
-        assert_eq!(reader.fragment_map::<T>().unwrap(), map);
+        let reader = read::<Fragments>(file::<T>(Fragments::NAME, block)).unwrap();
+        assert_eq!(FragmentMap::<T>::read(&reader).unwrap(), map);
         assert!(reader.verify().is_empty());
-        assert_eq!(reader.summary().unwrap().layers, map.len() as u64);
-        assert_eq!(reader.pixel_runs::<T>([1, 0]).unwrap().len(), 1);
-        assert!(matches!(reader.multilayer_depth_map::<T>(), Err(Error::Kind { .. })));
+        assert_eq!(reader.summary().unwrap().count("fragments"), Some(map.len() as u64));
     }
 }
 
@@ -68,14 +72,14 @@ fn mono_maps_come_back() {
 #[test]
 fn coloured_maps_come_back() {
     check::<Rgb>();
-    let reader = open(file::<Rgb>(LayeredKind::Mtsm, Block::Zstd)).unwrap();
-    assert!(matches!(reader.multilayer_map::<f32>(), Err(Error::Channels { .. })));
+    let reader = read::<Mtsm>(file::<Rgb>(Mtsm::NAME, Block::Zstd)).unwrap();
+    assert!(matches!(MultilayerMap::<f32>::read(&reader), Err(Error::Channels { .. })));
 }
 
 #[test]
 fn threads_do_not_change_the_bytes() {
     let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    for kind in [LayeredKind::Mtsm, LayeredKind::Layers, LayeredKind::Fragments] {
+    for kind in KINDS {
         let files = [1, 4].map(|threads| pool(threads).install(|| file::<f32>(kind, Block::Zstd)));
         assert_eq!(files[0], files[1]);
     }
@@ -83,9 +87,16 @@ fn threads_do_not_change_the_bytes() {
 
 #[test]
 fn other_kinds_name_themselves() {
-    let bytes = file::<f32>(LayeredKind::Mtsm, Block::Plain);
+    let bytes = file::<f32>(Mtsm::NAME, Block::Plain);
     let refused = MapReader::from_bytes(bytes, &Limits::default()).unwrap_err();
     assert_eq!(refused.to_string(), "a map of kind \"mtsm\", not a deep shadow map");
+    for kind in KINDS {
+        let map = open(file::<f32>(kind, Block::Plain)).unwrap();
+        assert_eq!(map.kind(), kind);
+        assert!(map.downcast_ref::<Layers>().is_some() == (kind == Layers::NAME));
+        let refused = map.downcast::<dsm_io::detail::Deep>().unwrap_err();
+        assert!(matches!(refused, Error::Kind { found, .. } if found == kind));
+    }
 }
 
 #[test]

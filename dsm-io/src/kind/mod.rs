@@ -1,0 +1,28 @@
+//! Kinds of maps: what the container, the verifier, the cache and the program
+//! have to know of one, and nothing else.
+//!
+//! [`MapKind`] says how tiles of a kind become bytes and come back. A file of a
+//! kind known at compile time is a [`KindReader`]; [`Kinds`] opens files of any
+//! kind that is registered as an [`ErasedMap`].
+
+mod deep;
+mod erased_map;
+mod kinds;
+mod map_kind;
+mod map_tile;
+mod pixel_contents;
+mod reader;
+mod stored_tile;
+mod summary;
+mod writer;
+
+pub use deep::{Deep, DeepKeys};
+pub use erased_map::ErasedMap;
+pub use kinds::Kinds;
+pub use map_kind::{FieldKind, MapKind};
+pub use map_tile::MapTile;
+pub use pixel_contents::{PixelContents, PixelValue};
+pub use reader::KindReader;
+pub use stored_tile::StoredTile;
+pub use summary::{MapSummary, SummaryValue};
+pub use writer::KindWriter;

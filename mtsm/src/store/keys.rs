@@ -1,0 +1,36 @@
+//! What the metadata of multilayer maps say besides.
+
+use dsm_io::{Error, Result};
+use dsm_trace::detail::Layering;
+use serde::de::IgnoredAny;
+use serde::{Deserialize, Serialize};
+
+/// The metadata keys that multilayer maps have besides those of every map.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LayeredKeys {
+    /// How the layers were chosen.
+    pub layering: Layering,
+    /// Of fragments only, which other readers would take for layers.
+    #[serde(default, skip_serializing)]
+    coverage: Option<IgnoredAny>,
+}
+
+impl From<Layering> for LayeredKeys {
+    fn from(layering: Layering) -> Self {
+        Self { layering, coverage: None }
+    }
+}
+
+impl LayeredKeys {
+    /// Holds the keys of a map of kind `kind` to the format's rules.
+    pub(super) fn check(&self, kind: &str) -> Result<()> {
+        if self.coverage.is_some() {
+            let reason = format!("a map of kind \"{kind}\" has no key \"coverage\"");
+            return Err(Error::Metadata(reason));
+        }
+        match self.layering.broken_rule() {
+            Some(rule) => Err(Error::Metadata(rule.to_owned())),
+            None => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! Files that are read range by range, as from an object store.
+
+use std::borrow::Cow;
+use std::ops::Range;
+use std::sync::{Arc, Mutex};
+
+use dsm_core::{
+    DeepMap, Filter, FilterShape, Footprint, MapInfo, PixelListsBuilder, Receiver, Vertex,
+    filtered_lookup,
+};
+use dsm_io::detail::{AchievedError, TileId};
+use dsm_io::{
+    Block, Container, Error, Limits, MapReader, Metadata, Result, Source, TileCache, WriteOptions,
+    write_map,
+};
+
+/// Hands out copies of ranges, keeps a list of them, and none longer than it may.
+#[derive(Clone, Debug)]
+struct Store {
+    bytes: Arc<Vec<u8>>,
+    most: u64,
+    asked: Arc<Mutex<Vec<Range<u64>>>>,
+}
+
+impl Store {
+    fn new(bytes: Vec<u8>, most: u64) -> Self {
+        Self { bytes: Arc::new(bytes), most, asked: Arc::default() }
+    }
+
+    /// What was asked for since the last time.
+    fn asked(&self) -> Vec<Range<u64>> {
+        std::mem::take(&mut self.asked.lock().unwrap())
+    }
+
+    fn open(&self) -> Result<MapReader> {
+        let limits = Limits::default();
+        MapReader::new(Container::from_source(self.clone(), &limits)?, &limits)
+    }
+}
+
+impl Source for Store {
+    fn length(&self) -> u64 {
+        self.bytes.len() as u64
+    }
+
+    fn read(&self, range: Range<u64>) -> Result<Cow<'_, [u8]>> {
+        if range.end - range.start > self.most {
+            return Err(Error::Setting("that is too much at once".into()));
+        }
+        self.asked.lock().unwrap().push(range.clone());
+        Ok(Cow::Owned(self.bytes[range.start as usize..range.end as usize].to_vec()))
+    }
+}
+
+/// 64 × 64 pixels in tiles of 8 × 8, each with a step and a ramp.
+fn map() -> DeepMap<f32> {
+    let mut pixels = PixelListsBuilder::<f32>::new(64, 64);
+    for pixel in 0..64 * 64_u32 {
+        let value = (pixel % 97) as f32 / 128.0;
+        pixels.push(Vertex::new(1.0, 1.0));
+        pixels.push(Vertex::new(1.0, value));
+        pixels.push(Vertex::new(3.0 + (pixel % 5) as f32, value / 2.0));
+        pixels.finish_pixel().unwrap();
+    }
+    DeepMap::new(MapInfo::default(), pixels.finish().unwrap())
+}
+
+fn file(block: Block) -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("map.dsm");
+    let options = WriteOptions::default().with_tile_size(8).with_block(block);
+    let metadata = Metadata::new(64, 64, 1, MapInfo::default());
+    write_map(&path, metadata, &map(), AchievedError::NONE, options).unwrap();
+    std::fs::read(path).unwrap()
+}
+
+#[test]
+fn opening_reads_what_stands_around_the_tiles() {
+    for block in [Block::Plain, Block::Zstd] {
+        let store = Store::new(file(block), u64::MAX);
+        let reader = store.open().unwrap();
+        let asked = store.asked();
+        // Prologue, section table, levels, directory, metadata: one range each, and
+        // nothing of a tile.
+        assert_eq!(asked.len(), 5, "{asked:?}");
+        let tiles = || reader.directory(0).unwrap().iter().map(|(_, entry)| *entry);
+        for range in &asked {
+            let touches = |offset: u64, length| offset < range.end && range.start < offset + length;
+            assert!(tiles().all(|tile| !touches(tile.offset, tile.stored_length)), "{range:?}");
+        }
+        let read: u64 = asked.iter().map(|range| range.end - range.start).sum();
+        assert!(read < reader.container().file_length() / 4);
+        // A tile is one range, its own.
+        reader.tile::<f32>(TileId::new(0, 3, 5)).unwrap();
+        let entry = reader.directory(0).unwrap().get(3, 5).unwrap();
+        let padded = entry.stored_length.next_multiple_of(64);
+        let own = entry.offset..entry.offset + padded;
+        assert_eq!(store.asked().as_slice(), std::slice::from_ref(&own));
+    }
+}
+
+#[test]
+fn lookups_read_the_tiles_that_they_touch() {
+    let store = Store::new(file(Block::Zstd), 1 << 14);
+    let cache = TileCache::new(1 << 20);
+    let cached = cache.insert::<f32, _>(store.open().unwrap()).unwrap();
+    store.asked();
+    let footprint = Footprint::Isotropic(Filter::new(FilterShape::Box, 4.0).unwrap());
+    let receiver = Receiver::new([8.0, 16.0], 5.0);
+    let light = filtered_lookup(&cached.cursor(), &receiver, &footprint).unwrap();
+    assert_eq!(filtered_lookup(&map(), &receiver, &footprint), Ok(light));
+    assert_eq!(store.asked().len(), 4, "where four tiles meet");
+    // All of it, which is the same as from memory.
+    let reader = store.open().unwrap();
+    assert!(reader.verify().is_empty());
+    assert_eq!(reader.read_map::<f32>(0).unwrap().pixels(), map().pixels());
+}
+
+#[test]
+fn what_a_source_says_is_what_callers_hear() {
+    // No range of more than 64 bytes: the prologue, and no further.
+    let refused = Store::new(file(Block::Plain), 64).open().unwrap_err();
+    assert_eq!(refused.to_string(), "that is too much at once");
+
+    /// Hands out less than it was asked for.
+    #[derive(Debug)]
+    struct Short(Vec<u8>);
+
+    impl Source for Short {
+        fn length(&self) -> u64 {
+            self.0.len() as u64
+        }
+
+        fn read(&self, range: Range<u64>) -> Result<Cow<'_, [u8]>> {
+            let end = range.end.min(range.start + 64);
+            Ok(Cow::Borrowed(&self.0[range.start as usize..end as usize]))
+        }
+    }
+
+    let refused = Container::from_source(Short(file(Block::Plain)), &Limits::default());
+    assert!(matches!(refused, Err(Error::Truncated { .. })), "{refused:?}");
+}
