@@ -14,7 +14,7 @@ use crate::visibility::vertex::{SumVertex, Vertex};
 /// at steps; the last value holds to infinity. No vertices: 1 everywhere. Steps
 /// are exact, and so is every vertex up to `f64` rounding; between the
 /// vertices of a medium the chord misses the exponential by a chosen error at
-/// most (see [`TransmittanceBuilder`]).
+/// most (see [`TransmittanceBuilder`](super::transmittance_builder::TransmittanceBuilder)).
 ///
 /// ```
 /// use dsm_core::{RayHits, SurfaceHit, VolumeSample};

@@ -2,7 +2,7 @@
 //!
 //! A lookup goes through three places, each slower than the one before:
 //!
-//! 1. the slots of its thread's [`LookupCursor`]: no lock, nothing shared is
+//! 1. the slots of its thread's [`LookupCursor`](cursor::LookupCursor): no lock, nothing shared is
 //!    written;
 //! 2. the shards of the cache's store, each an LRU list under a lock, and
 //!    beside it the tiles that were let go but that some cursor still holds;
@@ -41,7 +41,7 @@ use store::TileStore;
 ///
 /// The budget bounds the tiles that the cache keeps, at any time
 /// ([`CacheStatistics::bytes`]). On top come tiles that are being loaded, one
-/// a thread, and those that a [`LookupCursor`] or a caller holds and the cache
+/// a thread, and those that a [`LookupCursor`](cursor::LookupCursor) or a caller holds and the cache
 /// had to let go. A tile of more than the budget is never kept, but works.
 /// A cursor's hits do not tell the cache that a tile is in use. One that it
 /// lets go for that reason is still found, without a load, as long as any

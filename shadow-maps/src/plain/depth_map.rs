@@ -83,7 +83,7 @@ impl DepthMapSettings {
 ///
 /// The samples of a pixel are n × n texels, each with the depth at a jittered
 /// point within it, so that the whole is one image of (width · n) × (height · n)
-/// depths: what [`PercentageCloserFilter`](crate::PercentageCloserFilter) draws
+/// depths: what [`PercentageCloserFilter`](super::pcf::PercentageCloserFilter) draws
 /// from.
 ///
 /// ```
