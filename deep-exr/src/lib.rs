@@ -5,7 +5,7 @@
 //! time into columns ([`DeepRows`]), from scan lines and tiles, one part of
 //! many, NONE, RLE and ZIPS; flat images with a channel `Z` come the same way,
 //! one sample a pixel. [`DeepExrWriter`] writes such rows to anything that can
-//! seek, and [`ChunkEncoder`] packs chunks on several threads.
+//! seek, and [`ChunkEncoder`](detail::ChunkEncoder) packs chunks on several threads.
 //!
 //! Files may come from strangers: every size is held against the file and
 //! [`Limits`] before memory is taken, and whatever is damaged is an [`Error`]
