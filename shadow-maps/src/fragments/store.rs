@@ -37,7 +37,9 @@ pub struct Fragments;
 pub struct FragmentKeys {
     /// How many fragments a pixel may have, and where the light is.
     pub layering: Layering,
-    /// Places along a side of a pixel that were looked at: 1, 2, 4 or 8.
+    /// Places along a side of a pixel that were looked at: 1, 2, 4 or 8. A file must
+    /// have it.
+    #[serde(default)]
     pub coverage: u32,
 }
 
