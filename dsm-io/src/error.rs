@@ -224,8 +224,9 @@ impl Error {
         Self::Caller(reason.into())
     }
 
-    /// The same error, naming the file, unless it does already.
-    pub(crate) fn in_file(self, path: Option<&Path>) -> Self {
+    /// Names the file in the error, unless it names one already.
+    #[must_use]
+    pub fn in_file(self, path: Option<&Path>) -> Self {
         match (self, path) {
             (error @ Self::File { .. }, _) | (error, None) => error,
             (error, Some(path)) => Self::File { path: path.to_owned(), error: Box::new(error) },

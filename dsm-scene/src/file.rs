@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use dsm_core::Rgb;
+use dsm_core::{Projection, Rgb, View};
 use glam::DVec3;
 use serde::Deserialize;
 
@@ -13,7 +13,7 @@ use crate::error::{Error, Place, Result};
 use crate::load::{extension, load_curves, load_mesh, load_shape, load_volume, read_file};
 use crate::scene::{Object, Scene, Shape};
 use crate::transform::{Motion, Transform};
-use crate::view::{Camera, Light, LightOutline, Projection, View};
+use crate::view::{Camera, Light, LightOutline};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

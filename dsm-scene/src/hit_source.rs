@@ -2,11 +2,10 @@
 
 use std::sync::Arc;
 
-use dsm_core::{HitSource, TileHits, TileSamples, Transmittance};
+use dsm_core::{HitSource, TileHits, TileSamples, Transmittance, ViewRaster};
 
 use crate::error::{Error, Result};
 use crate::trace::TracedScene;
-use crate::view::ViewRaster;
 
 /// What a shadow camera sees of a scene, ray by ray.
 ///

@@ -2,8 +2,8 @@
 //! made here, and all that a ray through them meets.
 //!
 //! ```
-//! use dsm_core::RayHits;
-//! use dsm_scene::{Object, Ray, Scene, Shape, TracedScene, TriangleMesh};
+//! use dsm_core::{Ray, RayHits};
+//! use dsm_scene::{Object, Scene, Shape, TracedScene, TriangleMesh};
 //! use glam::{DVec3, Vec3};
 //!
 //! let corners = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
@@ -51,7 +51,7 @@ pub use raster::segment::Segment;
 pub use reference::SceneReference;
 pub use render::{Image, ImageDifference, RenderProgress, RenderSettings, Renderer, srgb_code};
 pub use scene::{Object, Scene, Shape};
-pub use trace::{Ray, TracedScene, Tracer};
+pub use trace::{TracedScene, Tracer};
 pub use transform::{Motion, Transform};
-pub use view::{Camera, Light, LightOutline, Projection, View, ViewRaster};
+pub use view::{Camera, Light, LightOutline};
 pub use volume::{Volume, VolumeBuilder};

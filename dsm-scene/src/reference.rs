@@ -4,13 +4,19 @@ use std::convert::Infallible;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use dsm_core::{AreaLight, LightVisibility, OcclusionTracer, Transmittance};
+use dsm_core::{AreaLight, LightVisibility, OcclusionTracer, Ray, Transmittance};
 use dsm_trace::LightMean;
 use glam::DVec3;
 
-use crate::trace::{Ray, TracedScene};
+use crate::trace::TracedScene;
 
 /// Traces shadow rays through a scene: what every map is compared with.
+///
+/// A receiver is a place on something, whose coordinates were computed in `f64`. Its
+/// rays start beyond that thing by the precision of those coordinates: by 2⁻⁴³
+/// (some 10⁻¹³) of the largest of them and of those of the scene's objects, wherever the
+/// scene stands and however large its unit is. Receivers known less well than that
+/// need [`Self::with_start`].
 ///
 /// ```
 /// use dsm_core::LightVisibility;
@@ -29,15 +35,16 @@ use crate::trace::{Ray, TracedScene};
 pub struct SceneReference<T> {
     scene: Arc<TracedScene>,
     rays: u32,
-    start: f64,
+    /// None: as much as rounding.
+    start: Option<f64>,
     value: PhantomData<fn() -> T>,
 }
 
 impl<T: Transmittance> SceneReference<T> {
-    /// 256 rays a light, which start 10⁻⁴ scene units from the receiver.
+    /// 256 rays a light, which start beyond what the receiver lies on.
     #[must_use]
     pub fn new(scene: impl Into<Arc<TracedScene>>) -> Self {
-        Self { scene: scene.into(), rays: 256, start: 1e-4, value: PhantomData }
+        Self { scene: scene.into(), rays: 256, start: None, value: PhantomData }
     }
 
     /// The same with another number of rays, at least 1. A point light takes
@@ -48,14 +55,16 @@ impl<T: Transmittance> SceneReference<T> {
     }
 
     /// The same with another start: nothing nearer to a receiver than this
-    /// distance, in scene units along the ray, shades it. At least 0.
+    /// distance, in scene units along the ray, shades it. At least 0. For receivers
+    /// whose places are rounded to `f32`, some 2⁻²² of the largest coordinate.
     #[must_use]
     pub fn with_start(self, start: f64) -> Self {
-        Self { start: start.max(0.0), ..self }
+        Self { start: Some(start.max(0.0)), ..self }
     }
 
     fn shadow_ray(&self, receiver: DVec3, light: DVec3, time: f64) -> Ray {
-        let start = self.start / (light - receiver).length();
+        let start = self.start.unwrap_or_else(|| self.scene.rounding(&[receiver]));
+        let start = start / (light - receiver).length();
         Ray::between(receiver, light).within(start, 1.0).at_time(time)
     }
 }

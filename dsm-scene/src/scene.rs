@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use dsm_core::Rgb;
+use dsm_core::{Projection, Rgb, View};
 use glam::{DAffine3, DVec3};
 
 use crate::bounds::Bounds;
@@ -10,7 +10,7 @@ use crate::curves::Curves;
 use crate::error::{Error, Place, Result};
 use crate::mesh::TriangleMesh;
 use crate::transform::Motion;
-use crate::view::{Camera, Light, LightOutline, Projection, View};
+use crate::view::{Camera, Light, LightOutline};
 use crate::volume::Volume;
 
 /// What an object is made of, in its own space.
@@ -87,6 +87,22 @@ impl Object {
         let moments =
             (0..=16).map(|moment| own.transformed(&self.to_world(f64::from(moment) / 16.0)));
         moments.fold(Bounds::default(), Bounds::union)
+    }
+
+    /// The largest length that places on it are computed from, wherever it goes: of
+    /// coordinates in its own space, in units of the world, and in the world.
+    pub(crate) fn reach(&self) -> f64 {
+        let farthest = |bounds: Bounds| {
+            let corner = bounds.min.abs().max(bounds.max.abs()).max_element();
+            if bounds.is_empty() { 0.0 } else { corner }
+        };
+        let moments = if self.is_moving() { 16 } else { 0 };
+        let scales = (0..=moments).map(|moment| {
+            let to_world = self.to_world(f64::from(moment) / f64::from(moments.max(1)));
+            to_world.matrix3.x_axis.length()
+        });
+        let scale = scales.fold(0.0, f64::max);
+        farthest(self.bounds()).max(farthest(self.shape.bounds()) * scale)
     }
 
     /// The numbers as they are, once they are in range.

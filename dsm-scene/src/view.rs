@@ -1,69 +1,8 @@
 //! Cameras: the one that renders and the one that sits at the light.
 
-use dsm_core::{AreaLight, ShadowCamera};
-use glam::{DMat3, DMat4, DVec2, DVec3, DVec4};
+use dsm_core::{AreaLight, Projection, View, ViewRaster};
 
 use crate::error::{Error, Place, Result};
-use crate::trace::Ray;
-
-/// How a view maps directions to pixels.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Projection {
-    /// Through one point; `fov` is the full angle in degrees, in (0, 180).
-    Perspective {
-        /// The angle of view.
-        fov: f64,
-    },
-    /// Along one direction; `extent` is the full width in scene units, > 0.
-    Orthographic {
-        /// The width of view.
-        extent: f64,
-    },
-}
-
-/// From where something is looked at.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct View {
-    /// The position.
-    pub eye: DVec3,
-    /// What lies in the middle.
-    pub target: DVec3,
-    /// What points upwards; where it is parallel to the view, the axis serves
-    /// that is least aligned with it.
-    pub up: DVec3,
-}
-
-impl View {
-    /// The right, the up and the backward axis of the view: an orthonormal,
-    /// right-handed basis.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Malformed`] if `eye` and `target` are one point, or a number
-    /// is not finite or beyond 1e18.
-    pub fn basis(&self) -> Result<DMat3> {
-        let refuse = |what: &str, reason| Err(Error::malformed(Place::Named(what.into()), reason));
-        let sound = |point: DVec3| point.abs().cmple(DVec3::splat(1e18)).all();
-        for (name, point) in [("eye", self.eye), ("target", self.target), ("up", self.up)] {
-            if !sound(point) {
-                return refuse(name, "coordinates must be finite and at most 1e18");
-            }
-        }
-        let Some(back) = (self.eye - self.target).try_normalize() else {
-            return refuse("target", "must be another point than eye");
-        };
-        let across = |up: DVec3| {
-            let right = up.try_normalize()?.cross(back);
-            (right.length() > 1e-6).then(|| right.normalize())
-        };
-        let axes = back.abs().to_array();
-        let least = (0..3).min_by(|&a, &b| axes[a].total_cmp(&axes[b])).unwrap_or(0);
-        let Some(right) = across(self.up).or_else(|| across(DVec3::AXES[least])) else {
-            return refuse("up", "no axis is across the view");
-        };
-        Ok(DMat3::from_cols(right, back.cross(right), back))
-    }
-}
 
 /// The camera that renders.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,10 +23,7 @@ impl Camera {
     /// [`Error::Malformed`] for a view or an angle that makes no camera, or a
     /// resolution out of range.
     pub fn raster(&self, resolution: [u32; 2]) -> Result<ViewRaster> {
-        let half_height = half_tangent(self.fov)?;
-        let [width, height] = check_resolution(resolution)?;
-        let half = DVec2::new(half_height * width / height, half_height);
-        ViewRaster::new(self.view, half, true, resolution)
+        Ok(self.view.raster_of_height(self.fov, resolution)?)
     }
 }
 
@@ -154,21 +90,10 @@ impl Light {
     ///
     /// # Errors
     ///
-    /// [`Error::Malformed`] for a view, an angle or an extent that makes no
+    /// [`Error::Core`] for a view, an angle or an extent that makes no
     /// camera, or a resolution out of range.
     pub fn raster(&self, resolution: [u32; 2]) -> Result<ViewRaster> {
-        let (half, perspective) = match self.projection {
-            Projection::Perspective { fov } => (half_tangent(fov)?, true),
-            Projection::Orthographic { extent } if (1e-18..=1e18).contains(&extent) => {
-                (extent / 2.0, false)
-            }
-            Projection::Orthographic { .. } => {
-                let reason = "must lie between 1e-18 and 1e18";
-                return Err(Error::malformed(Place::Named("extent".into()), reason));
-            }
-        };
-        let size = DVec2::from(check_resolution(resolution)?);
-        ViewRaster::new(self.view, size * (half / size.max_element()), perspective, resolution)
+        Ok(self.view.raster(self.projection, resolution)?)
     }
 
     /// The light's area in the world.
@@ -203,137 +128,10 @@ impl Light {
     }
 }
 
-/// A view over pixels: x right, y down, pixel (i, j) covers [i, i + 1) ×
-/// [j, j + 1).
-///
-/// ```
-/// use dsm_scene::{Light, LightOutline, Projection, View};
-/// use glam::DVec3;
-///
-/// let view = View { eye: DVec3::Z * 5.0, target: DVec3::ZERO, up: DVec3::Y };
-/// let projection = Projection::Perspective { fov: 90.0 };
-/// let light = Light { view, projection, outline: LightOutline::Point };
-/// let raster = light.raster([64, 32])?;
-/// // The upper left corner of the wide map; the wider side has the angle.
-/// let ray = raster.ray(0.0, 0.0, 0.0);
-/// assert!((ray.at(5.0) - DVec3::new(-5.0, 2.5, 0.0)).length() < 1e-12);
-/// // Its parameter is the depth, not the distance.
-/// let projected = raster.shadow_camera().project(ray.at(5.0))?.unwrap();
-/// assert!((projected - DVec3::new(0.0, 0.0, 5.0)).length() < 1e-6);
-/// # Ok::<(), dsm_scene::Error>(())
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ViewRaster {
-    eye: DVec3,
-    basis: DMat3,
-    /// Half the width and height: at depth 1, or at any if orthographic.
-    half: DVec2,
-    perspective: bool,
-    resolution: [u32; 2],
-}
-
-impl ViewRaster {
-    fn new(view: View, half: DVec2, perspective: bool, resolution: [u32; 2]) -> Result<Self> {
-        Ok(Self { eye: view.eye, basis: view.basis()?, half, perspective, resolution })
-    }
-
-    /// Width and height in pixels.
-    #[must_use]
-    pub fn resolution(&self) -> [u32; 2] {
-        self.resolution
-    }
-
-    /// The camera's position.
-    #[must_use]
-    pub fn eye(&self) -> DVec3 {
-        self.eye
-    }
-
-    /// The camera's right, up and backward axes in the world.
-    #[must_use]
-    pub fn basis(&self) -> DMat3 {
-        self.basis
-    }
-
-    /// Whether rays go through one point.
-    #[must_use]
-    pub fn is_perspective(&self) -> bool {
-        self.perspective
-    }
-
-    /// Half the width and height of the view: at depth 1 in perspective, in
-    /// scene units otherwise.
-    #[must_use]
-    pub fn half_size(&self) -> DVec2 {
-        self.half
-    }
-
-    /// The same view from `distance` further back, its angle unchanged.
-    #[must_use]
-    pub fn moved_back(&self, distance: f64) -> Self {
-        Self { eye: self.eye + self.basis.z_axis * distance, ..*self }
-    }
-
-    /// The ray through raster point (`x`, `y`) at `time` of the shutter. Its
-    /// parameter is the depth along the view axis.
-    #[must_use]
-    pub fn ray(&self, x: f64, y: f64, time: f64) -> Ray {
-        let [width, height] = self.resolution.map(f64::from);
-        let across = DVec2::new(2.0 * x / width - 1.0, 1.0 - 2.0 * y / height) * self.half;
-        let across = self.basis.x_axis * across.x + self.basis.y_axis * across.y;
-        if self.perspective {
-            Ray::new(self.eye, across - self.basis.z_axis).at_time(time)
-        } else {
-            Ray::new(self.eye + across, -self.basis.z_axis).at_time(time)
-        }
-    }
-
-    /// The matrices of a map from here.
-    #[must_use]
-    pub fn shadow_camera(&self) -> ShadowCamera {
-        let rotation = self.basis.transpose();
-        let view = DMat4::from_mat3(rotation) * DMat4::from_translation(-self.eye);
-        let (x, y) = (0.5 / self.half.x, -0.5 / self.half.y);
-        let projection = if self.perspective {
-            DMat4::from_cols(
-                DVec4::new(x, 0.0, 0.0, 0.0),
-                DVec4::new(0.0, y, 0.0, 0.0),
-                DVec4::new(-0.5, -0.5, -1.0, -1.0),
-                DVec4::ZERO,
-            )
-        } else {
-            DMat4::from_cols(
-                DVec4::new(x, 0.0, 0.0, 0.0),
-                DVec4::new(0.0, y, 0.0, 0.0),
-                DVec4::new(0.0, 0.0, -1.0, 0.0),
-                DVec4::new(0.5, 0.5, 0.0, 1.0),
-            )
-        };
-        ShadowCamera { world_to_camera: Some(view), world_to_ndc: Some(projection * view) }
-    }
-}
-
-fn half_tangent(fov: f64) -> Result<f64> {
-    if (1e-6..=179.999).contains(&fov) {
-        let (sin, cos) = libm::sincos((fov / 2.0).to_radians());
-        Ok(sin / cos)
-    } else {
-        Err(Error::malformed(Place::Named("fov".into()), "must lie between 0 and 180 degrees"))
-    }
-}
-
-fn check_resolution(resolution: [u32; 2]) -> Result<[f64; 2]> {
-    if resolution.iter().all(|side| (1..=65_536).contains(side)) {
-        Ok(resolution.map(f64::from))
-    } else {
-        let reason = "must lie between 1 and 65,536 pixels";
-        Err(Error::malformed(Place::Named("resolution".into()), reason))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::{DVec2, DVec3};
 
     fn light(projection: Projection, up: DVec3) -> Light {
         let view = View { eye: DVec3::new(1.0, 5.0, 2.0), target: DVec3::new(0.5, 1.0, 0.0), up };

@@ -6,10 +6,10 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use dsm_core::{AreaLight, LightVisibility, Rgb, Transmittance};
+use dsm_core::{AreaLight, LightVisibility, Rgb, Transmittance, View};
 use dsm_scene::{
     Camera, Image, Object, RenderSettings, Renderer, Scene, SceneReference, Shape, TracedScene,
-    TriangleMesh, View, Volume,
+    TriangleMesh, Volume,
 };
 use glam::{DVec3, IVec3, UVec3, Vec3};
 

@@ -7,10 +7,10 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex};
 
-use dsm_core::{AreaLight, Facing, LightVisibility, Rgb, ShadedPoint};
+use dsm_core::{AreaLight, Facing, LightVisibility, Rgb, ShadedPoint, View};
 use dsm_scene::{
     Camera, Curves, Image, Motion, Object, RenderSettings, Renderer, Scene, Shape, TracedScene,
-    Transform, TriangleMesh, View, Volume,
+    Transform, TriangleMesh, Volume,
 };
 use glam::{DVec3, IVec3, UVec3, Vec3};
 
@@ -118,7 +118,7 @@ fn points_say_what_they_lie_on_and_have_numbers_of_their_own() {
             Facing::Surface(normal) => {
                 surfaces += 1;
                 assert!(normal.distance(DVec3::Y) < 1e-6);
-                assert!((1e-5..1e-3).contains(&position.y), "{position}");
+                assert!((1e-12..1e-9).contains(&position.y), "{position}");
             }
             Facing::Strand(along) => {
                 strands += 1;

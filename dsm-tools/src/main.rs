@@ -2,10 +2,7 @@
 
 mod args;
 mod cmd;
-mod filtering;
 mod interrupt;
-mod kinds;
-mod layered;
 mod output;
 mod parallel;
 mod points;

@@ -18,8 +18,8 @@
 use std::path::Path;
 use std::time::Instant;
 
-use dsm_core::Rgb;
-use dsm_scene::{Projection, SceneRasterizer, open_scene};
+use dsm_core::{Projection, Rgb};
+use dsm_scene::{SceneRasterizer, open_scene};
 use glam::DVec3;
 use rayon::prelude::*;
 use shadow_maps::fragments::{FragmentBuilder, FragmentTracer, TraceScratch};

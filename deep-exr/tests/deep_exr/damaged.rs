@@ -29,7 +29,7 @@ fn files_cut_at_every_length_are_errors() {
 
 #[test]
 fn altered_bytes_never_panic() {
-    let rounds = if std::env::var_os("DSM_LONG_TESTS").is_some() { 200_000 } else { 3_000 };
+    let rounds = if dsm_testkit::is_long() { 200_000 } else { 3_000 };
     let mut state = 0x2545_f491_4f6c_dd1d_u64;
     let mut random = |below: usize| {
         state ^= state << 13;

@@ -3,8 +3,6 @@
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 mod closed_forms;
-#[path = "../support/config.rs"]
-mod config;
 mod oracle;
 mod pixels;
 mod quantized;

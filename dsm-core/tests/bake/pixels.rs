@@ -7,9 +7,9 @@ use dsm_core::{
 use proptest::prelude::*;
 use proptest::sample::select;
 
-use crate::config::config;
 use crate::oracle::Oracle;
 use crate::sources::RandomScene;
+use dsm_testkit::config;
 
 /// V at both sides of `z`, by linear search.
 fn both_sides<T: Transmittance>(vertices: &[SumVertex<T>], z: f32, channel: usize) -> [f64; 2] {

@@ -6,9 +6,9 @@ use dsm_core::{
 };
 use proptest::prelude::*;
 
-use crate::config::config;
 use crate::pixels::{scenes, settings};
 use crate::sources::RandomScene;
+use dsm_testkit::config;
 
 /// V(z), or its limit from the light's side, of uncompressed vertices.
 fn value<T: Transmittance>(vertices: &[SumVertex<T>], z: f64, channel: usize, at: bool) -> f64 {

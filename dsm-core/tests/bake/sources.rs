@@ -4,6 +4,7 @@ use dsm_core::{
     Error, HitSource, RayHits, SamplePoint, SurfaceHit, TileHits, TileSamples, Transmittance,
     VolumeSample,
 };
+use dsm_testkit::Random;
 
 /// What is in the way of rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,25 +18,6 @@ pub(crate) struct RandomScene {
     pub(crate) backwards: bool,
 }
 
-/// A stream of hashed numbers.
-struct Numbers(u64);
-
-impl Numbers {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(0x5851_F42D);
-        let bits = self.0 ^ (self.0 >> 29);
-        bits.wrapping_mul(0xBF58_476D_1CE4_E5B9) >> 20
-    }
-
-    fn below(&mut self, count: u64) -> u64 {
-        self.next() % count
-    }
-
-    fn uniform(&mut self) -> f32 {
-        self.below(1 << 20) as f32 / (1 << 20) as f32
-    }
-}
-
 impl RandomScene {
     /// What the ray through `point` meets.
     pub(crate) fn ray<T: Transmittance>(
@@ -45,8 +27,7 @@ impl RandomScene {
     ) -> Result<(), Error> {
         let bits = point.x.to_bits() ^ point.y.to_bits().rotate_left(21);
         let time = u64::from(point.time.to_bits());
-        let mut numbers = Numbers(bits ^ time.rotate_left(43) ^ self.seed.rotate_left(11));
-        numbers.next();
+        let mut numbers = Random::new(bits ^ time.rotate_left(43) ^ self.seed.rotate_left(11));
         // Some pixels are empty, some rays too.
         let pixel = (point.x.floor() as i64 * 7 + point.y.floor() as i64 * 3) as u64;
         if (pixel ^ self.seed).is_multiple_of(4) {
@@ -62,7 +43,7 @@ impl RandomScene {
             let samples: Vec<_> = (0..3_u8)
                 .map(|index| VolumeSample {
                     depth: near + f32::from(index) * 0.75,
-                    extinction: T::from_channels(|_| 1.5 * numbers.uniform()),
+                    extinction: T::from_channels(|_| 1.5 * numbers.unit() as f32),
                 })
                 .collect();
             ray.push_volume(&samples, point.distance_per_depth)?;
@@ -71,7 +52,7 @@ impl RandomScene {
         Ok(())
     }
 
-    fn depth(&self, numbers: &mut Numbers) -> f32 {
+    fn depth(&self, numbers: &mut Random) -> f32 {
         if self.on_grid {
             let whole = numbers.below(6) as f32;
             match numbers.below(4) {
@@ -80,22 +61,22 @@ impl RandomScene {
                 _ => whole,
             }
         } else {
-            8.0 * numbers.uniform()
+            8.0 * numbers.unit() as f32
         }
     }
 
-    fn opacity<T: Transmittance>(&self, numbers: &mut Numbers) -> T {
+    fn opacity<T: Transmittance>(&self, numbers: &mut Random) -> T {
         let grey = numbers.below(2) == 0;
         let first = self.one_opacity(numbers);
         T::from_channels(|_| if grey { first } else { self.one_opacity(numbers) })
     }
 
-    fn one_opacity(&self, numbers: &mut Numbers) -> f32 {
+    fn one_opacity(&self, numbers: &mut Random) -> f32 {
         if self.on_grid {
             let faint = 2.0_f32.powi(-24);
             [0.0, faint, 0.5, 0.5, 1.0 - faint, 1.0][numbers.below(6) as usize]
         } else {
-            numbers.uniform()
+            numbers.unit() as f32
         }
     }
 }

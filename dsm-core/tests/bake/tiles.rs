@@ -10,9 +10,9 @@ use dsm_core::{
 };
 use proptest::prelude::*;
 
-use crate::config::config;
 use crate::pixels::{scenes, settings};
 use crate::sources::RandomScene;
+use dsm_testkit::config;
 
 fn tiles<T: Transmittance>(scene: RandomScene, settings: &BakeSettings) -> Vec<BakedTile<T>> {
     let baker = Baker::new(scene, settings.clone()).unwrap();

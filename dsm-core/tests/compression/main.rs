@@ -11,19 +11,9 @@ use dsm_core::{
     End, GreedyCompressor, Rgb, SumVertex, Tolerance, Transmittance, Vertex, VisibilityDifference,
     VisibilityFunction, compress, paper_greedy,
 };
+use dsm_testkit::config;
 use functions::{Recipe, both_sides, largest_difference, recipe};
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
-
-fn configuration() -> ProptestConfig {
-    let long = std::env::var_os("DSM_LONG_TESTS").is_some();
-    ProptestConfig {
-        cases: if long { 20_000 } else { 256 },
-        rng_seed: RngSeed::Fixed(0x0d5e_ed01),
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    }
-}
 
 /// What rounding at a lookup may add to a compressed function.
 const LOOKUP_ROUNDING: f64 = 1.0 / (1 << 24) as f64;
@@ -218,7 +208,7 @@ fn walk_agrees<T: Transmittance>(a: &Recipe, b: &Recipe) {
 }
 
 proptest! {
-    #![proptest_config(configuration())]
+    #![proptest_config(config(0x0d5e_ed01))]
 
     #[test]
     fn mono_keeps_its_promises(recipe in recipe(), epsilon in epsilon(), know: bool) {

@@ -3,11 +3,12 @@
 use dsm_core::{
     End, Rgb, SumVertex, Tolerance, Transmittance, Vertex, VisibilityDifference, VisibilityProduct,
 };
+use dsm_testkit::config;
 use proptest::collection::vec;
 use proptest::prelude::*;
 
 use crate::functions::{Recipe, both_sides, recipe};
-use crate::{configuration, epsilon, run};
+use crate::{epsilon, run};
 
 /// The vertices of stored functions: `f32` values that don't rise.
 fn stored<T: Transmittance>(recipe: &Recipe) -> Vec<SumVertex<T>> {
@@ -77,7 +78,7 @@ fn check<T: Transmittance>(recipes: &[Recipe], asked: f32, compressed_to: f32) {
 }
 
 proptest! {
-    #![proptest_config(configuration())]
+    #![proptest_config(config(0x0d5e_ed01))]
 
     #[test]
     fn mono_products(functions in vec(recipe(), 0..5), asked in epsilon(), kept in epsilon()) {

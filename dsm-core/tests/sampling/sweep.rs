@@ -4,6 +4,7 @@ use dsm_core::{
     RayHits, Rgb, SumVertex, SurfaceHit, Transmittance, TransmittanceFunction, Vertex,
     VisibilitySweep, VisibilityView, VolumeSample,
 };
+use dsm_testkit::Random;
 use proptest::collection::vec;
 use proptest::prelude::*;
 
@@ -147,26 +148,20 @@ proptest! {
     }
 }
 
-/// Pseudo-random numbers in [0, 1).
-fn uniform(state: &mut u64) -> f32 {
-    *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-    (*state >> 40) as f32 / 16_777_216.0
-}
-
 #[test]
 fn a_hundred_thousand_vertices_do_not_drift() {
-    let mut state = 1;
+    let mut random = Random::new(1);
     let functions: Vec<TransmittanceFunction<f32>> = (0..64)
         .map(|_| {
             let mut hits = RayHits::default();
             for _ in 0..600 {
-                let (depth, opacity) = (100.0 * uniform(&mut state), 0.01 * uniform(&mut state));
+                let (depth, opacity) = (100.0 * random.unit() as f32, 0.01 * random.unit() as f32);
                 hits.push_surface(SurfaceHit { depth, opacity }).unwrap();
             }
             let samples: Vec<_> = (0..800_u16)
                 .map(|index| VolumeSample {
-                    depth: (f32::from(index) + uniform(&mut state)) * 0.125,
-                    extinction: 0.04 * uniform(&mut state),
+                    depth: (f32::from(index) + random.unit() as f32) * 0.125,
+                    extinction: 0.04 * random.unit() as f32,
                 })
                 .collect();
             hits.push_volume(&samples, 1.0).unwrap();

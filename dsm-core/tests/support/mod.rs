@@ -6,9 +6,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
 
-mod config;
-
-pub(crate) use config::config;
+pub(crate) use dsm_testkit::config;
 
 /// Where the numbers of a ray come from.
 #[derive(Clone)]

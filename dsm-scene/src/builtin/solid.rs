@@ -1,11 +1,12 @@
 //! Plain surfaces.
 
+use dsm_core::{Projection, View};
 use glam::{DVec3, Vec3};
 
 use crate::error::Result;
 use crate::mesh::TriangleMesh;
 use crate::scene::{Object, Shape};
-use crate::view::{Camera, Light, LightOutline, Projection, View};
+use crate::view::{Camera, Light, LightOutline};
 
 /// A full turn.
 pub(super) const TURN: f64 = std::f64::consts::TAU;

@@ -2,7 +2,9 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use dsm_core::{Error, HitSource, Result, ShadowCamera, TileHits, TileSamples, Transmittance};
+use dsm_core::{
+    Error, HitSource, Result, ShadowCamera, TileHits, TileSamples, Transmittance, ViewRaster,
+};
 use fearless_simd::Level;
 use glam::Vec3;
 
@@ -14,7 +16,6 @@ use super::layer::{Layer, LayerBuilder};
 use super::rays::Rays;
 use super::segment::{RaySegment, Segment};
 use super::triangle::RayTriangle;
-use crate::view::ViewRaster;
 
 /// Collects primitives for a [`Rasterizer`].
 ///

@@ -1,9 +1,7 @@
 //! The rays of a shadow camera over a map.
 
-use dsm_core::{Error, Result, ShadowCamera};
+use dsm_core::{Error, Result, ShadowCamera, ViewRaster};
 use glam::{DMat2, DVec2, DVec3};
-
-use crate::view::ViewRaster;
 
 /// What changes w by a smaller share over the width of a map changes no `f32`: w
 /// counts as constant.

@@ -1,6 +1,6 @@
 //! The fast door from a scene to the baker.
 
-use dsm_core::{HitSource, TileHits, TileSamples, Transmittance};
+use dsm_core::{HitSource, TileHits, TileSamples, Transmittance, ViewRaster};
 use glam::{DAffine3, DVec3, Vec2};
 
 use super::rasterizer::{Rasterizer, RasterizerBuilder};
@@ -13,7 +13,6 @@ use crate::hit_source::SceneHitSource;
 use crate::mesh::TriangleMesh;
 use crate::scene::{Object, Scene, Shape};
 use crate::trace::{TracedScene, scaled};
-use crate::view::ViewRaster;
 
 /// What a shadow camera sees of a scene: [`Rasterizer`] for all that it can do,
 /// a ray tracer for the rest.

@@ -3,27 +3,16 @@
 use dsm_core::{
     HitSource, PixelSampling, Rgb, SamplePoint, ShadowCamera, TileHits, TileSamples, Transmittance,
 };
+use dsm_testkit::config;
 use fearless_simd::Level;
 use glam::Vec3;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
-use proptest::test_runner::RngSeed;
 
 use super::oracle::{self, Met, Ray, orthographic, perspective};
 use super::rasterizer::{Rasterizer, RasterizerBuilder};
 use super::segment::Segment;
-
-/// The same cases in every run: 256, or 20,000 with `DSM_LONG_TESTS` set.
-fn config(seed: u64) -> ProptestConfig {
-    let long = std::env::var_os("DSM_LONG_TESTS").is_some_and(|value| value == "1");
-    ProptestConfig {
-        cases: if long { 20_000 } else { 256 },
-        rng_seed: RngSeed::Fixed(seed),
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    }
-}
 
 const SIZE: [u32; 2] = [40, 30];
 

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use dsm_core::{
     AreaLight, Facing, LightVisibility, PixelSampling, ShadedPoint, TileSamples, Transmittance,
+    ViewRaster,
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -16,15 +17,9 @@ use super::shading::radiance;
 use super::sight::{Eye, Matter, Sight};
 use crate::error::Result;
 use crate::trace::TracedScene;
-use crate::view::ViewRaster;
 
 /// Width and height of what one task renders, in pixels.
 const BLOCK: u32 = 16;
-
-/// How far a shaded point stands off what it lies on, on the side that is seen,
-/// in scene units: twice what [`crate::SceneReference`] passes over, so that a
-/// surface shades the side that is turned from the light.
-const OFFSET: f64 = 2e-4;
 
 /// What a picture shows.
 #[derive(Clone, Debug, PartialEq)]
@@ -219,10 +214,16 @@ impl Renderer {
         }
     }
 
-    /// Where the light is asked for that arrives at `sight`, if it is.
+    /// Where the light is asked for that arrives at `sight`, if it is: on the side of
+    /// a surface that is seen, by more than its place may be off, and by twice what
+    /// [`crate::SceneReference`] passes over, so that a surface shades the side that is
+    /// turned from the light.
     fn shaded(&self, sight: &Sight, seed: u64) -> Option<ShadedPoint> {
         let (off, facing) = match sight.matter {
-            Matter::Surface { normal } => (normal * OFFSET, Facing::Surface(normal)),
+            Matter::Surface { normal } => {
+                let rounding = self.scene.rounding(&[self.camera.eye(), sight.position]);
+                (normal * (2.0 * rounding), Facing::Surface(normal))
+            }
             _ if !self.settings.self_shadowing => return None,
             Matter::Strand { along, radius } => {
                 (self.to_light(sight) * radius, Facing::Strand(along))

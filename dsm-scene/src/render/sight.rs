@@ -1,9 +1,9 @@
 //! What a camera ray ends at.
 
-use dsm_core::{Rgb, Transmittance};
+use dsm_core::{Ray, Rgb, Transmittance};
 use glam::DVec3;
 
-use crate::trace::{DensitySample, MetPlace, Ray, TracedScene, Tracer, scaled};
+use crate::trace::{DensitySample, MetPlace, TracedScene, Tracer, scaled};
 
 /// Where a camera ray ends: one of all the places whose light it carries, each
 /// taken as often as its share of that light.

@@ -6,6 +6,7 @@
 //! begins a little before the outer box or its own beginning, so that rounding
 //! is relative to the object and not to the way from the camera.
 
+use dsm_core::Ray;
 use glam::{DVec3, UVec2};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -17,7 +18,6 @@ use obvhs::ploc::PlocBuilder;
 use obvhs::ray::Ray as TraversalRay;
 use obvhs::{BvhBuildParams, traverse};
 
-use super::ray::Ray;
 use crate::bounds::Bounds;
 use crate::error::{Error, Result};
 
@@ -64,7 +64,8 @@ impl Bvh {
             return Ok(None);
         }
         let centre = outer.centre();
-        let scale = 1.0 / ((outer.max - outer.min).max_element() / 2.0).max(1e-40);
+        let half = (outer.max - outer.min).max_element() / 2.0;
+        let scale = if half > 0.0 { half.recip() } else { 1.0 };
         let mut depth = 0;
         // Boxes that are alike would be paired one by one. Padding tells them
         // apart: a little at first, more if that isn't enough.

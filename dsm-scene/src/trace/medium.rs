@@ -1,8 +1,8 @@
 //! Density along a ray through a volume.
 
+use dsm_core::Ray;
 use glam::{DVec3, IVec3};
 
-use super::ray::Ray;
 use crate::volume::{Cell, Volume};
 
 /// The density at a parameter of the ray.

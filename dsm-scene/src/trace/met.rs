@@ -1,9 +1,8 @@
 //! What lies where a ray meets something.
 
-use dsm_core::Rgb;
+use dsm_core::{Ray, Rgb};
 use glam::DVec3;
 
-use super::ray::Ray;
 use super::segment::SegmentTest;
 use crate::scene::{Object, Shape};
 

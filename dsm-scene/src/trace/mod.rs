@@ -3,13 +3,11 @@
 mod bvh;
 mod medium;
 mod met;
-mod ray;
 mod segment;
 mod traced_scene;
 mod triangle;
 
 pub(crate) use medium::DensitySample;
 pub(crate) use met::MetPlace;
-pub use ray::Ray;
 pub(crate) use traced_scene::scaled;
 pub use traced_scene::{TracedScene, Tracer};

@@ -1,8 +1,7 @@
 //! Where a ray meets a segment of a curve.
 
+use dsm_core::Ray;
 use glam::DVec3;
-
-use super::ray::Ray;
 
 /// The ray's view of segments.
 pub(crate) struct SegmentTest {

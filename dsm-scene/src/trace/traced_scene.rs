@@ -2,13 +2,12 @@
 
 use std::sync::Arc;
 
-use dsm_core::{RayHits, Rgb, SurfaceHit, Transmittance, VolumeSample};
+use dsm_core::{Ray, RayHits, Rgb, SurfaceHit, Transmittance, VolumeSample};
 use glam::{DAffine3, DVec3};
 
 use super::bvh::Bvh;
 use super::medium::{DensitySample, integral, march};
 use super::met::{Met, MetPlace};
-use super::ray::Ray;
 use super::segment::SegmentTest;
 use super::triangle::TriangleTest;
 use crate::bounds::Bounds;
@@ -21,11 +20,18 @@ const DEPTH_ERROR: f64 = 6e-6;
 /// Extinctions above are cut off: they block everything.
 const MOST_EXTINCTION: f64 = 1e30;
 
+/// How far off the surface a ray meets the place is that was computed for it, as
+/// a share of the lengths that it was computed from: 1,024 roundings of `f64`, as
+/// slim triangles and slanting rays take a few of them many times.
+const ROUNDING: f64 = 512.0 * f64::EPSILON;
+
 /// A scene that is ready for rays: a hierarchy of boxes a shape, in its own
 /// space. Objects that move are met where they are at the ray's time, without
 /// boxes around their whole way.
 pub struct TracedScene {
     objects: Vec<TracedObject>,
+    /// The largest of [`Object::reach`].
+    reach: f64,
 }
 
 struct TracedObject {
@@ -52,6 +58,7 @@ impl TracedScene {
     /// [`crate::Error::Malformed`] for an object that [`Object::check`]
     /// refuses.
     pub fn new(scene: &Scene) -> Result<Self> {
+        let reach = scene.objects.iter().map(Object::reach).fold(0.0, f64::max);
         let mut built: Vec<(*const Shape, Option<Arc<Bvh>>)> = Vec::new();
         let mut objects = Vec::new();
         for object in &scene.objects {
@@ -68,7 +75,15 @@ impl TracedScene {
             let inverse = (!object.is_moving()).then(|| object.to_world(0.0).inverse());
             objects.push(TracedObject { object, bvh, inverse });
         }
-        Ok(Self { objects })
+        Ok(Self { objects, reach })
+    }
+
+    /// How far a point of something may lie beside it for rounding alone, if its
+    /// place was computed in `f64` from `places` and from where things stand: in scene
+    /// units. A ray that leaves the point passes over as much.
+    pub(crate) fn rounding(&self, places: &[DVec3]) -> f64 {
+        let farthest = places.iter().map(|place| place.abs().max_element());
+        ROUNDING * farthest.fold(self.reach, f64::max)
     }
 
     /// What one thread traces with.

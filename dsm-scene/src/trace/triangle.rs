@@ -1,8 +1,7 @@
 //! Where a ray crosses a triangle.
 
+use dsm_core::Ray;
 use glam::DVec3;
-
-use super::ray::Ray;
 
 /// The ray's view of triangles: corners are sheared so that the ray becomes an
 /// axis (Woop, Benthin & Wald 2013). Triangles that share an edge compute the

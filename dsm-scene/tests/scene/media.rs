@@ -1,7 +1,7 @@
 //! Optical depth through volumes.
 
-use dsm_core::{RayHits, Rgb};
-use dsm_scene::{Motion, Object, Ray, Scene, Shape, TracedScene, Transform, Volume};
+use dsm_core::{Ray, RayHits, Rgb};
+use dsm_scene::{Motion, Object, Scene, Shape, TracedScene, Transform, Volume};
 use glam::{DVec3, UVec3};
 use proptest::prelude::*;
 

@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::PathBuf;
 
-use dsm_core::{LightShape, Rgb};
-use dsm_scene::{LightOutline, Projection, Result, Scene, Shape, open_scene};
+use dsm_core::{LightShape, Projection, Rgb};
+use dsm_scene::{LightOutline, Result, Scene, Shape, open_scene};
 use glam::{DVec3, DVec4};
 use tempfile::TempDir;
 

@@ -2,11 +2,10 @@
 
 use std::path::PathBuf;
 
-use clap::builder::RangedU64ValueParser;
+use clap::builder::{PossibleValue, PossibleValuesParser, RangedU64ValueParser, TypedValueParser};
 use clap::{Args, ValueEnum};
-use dsm_core::{BakeSettings, Filter, FilterShape, PixelSampling, Quantization, Tolerance};
-use dsm_io::{BakeOptions, PyramidOptions};
-use mtsm::MultilayerSettings;
+use deepshadow::files::PyramidOptions;
+use deepshadow::{Channels, Filter, FilterShape, Kind};
 
 use super::values::{self, Effort};
 
@@ -23,8 +22,8 @@ pub(crate) struct BakeFlags {
     #[arg(short, long = "output", value_name = "MAP.dsm", value_parser = values::dsm_file())]
     output: PathBuf,
     /// What kind of map
-    #[arg(long, value_enum, default_value = "deep")]
-    kind: KindName,
+    #[arg(long, default_value = "deep", value_parser = kind())]
+    kind: Kind,
     /// Width and height of the map in pixels; one number: a square
     #[arg(long, value_name = "W[xH]", default_value = "512", value_parser = values::resolution)]
     resolution: [u32; 2],
@@ -44,8 +43,8 @@ pub(crate) struct BakeFlags {
     #[arg(long, value_name = "auto|E", default_value = "auto", allow_negative_numbers = true)]
     #[arg(value_parser = values::auto_tolerance)]
     tolerance: values::AutoTolerance,
-    /// The most layers of a pixel, of kinds fragments, layers and mtsm
-    /// [default: 32]
+    /// The most layers of a pixel, the nearest ones, of kinds fragments, layers and
+    /// mtsm [default: of fragments all, else 32]
     #[arg(long, value_name = "K")]
     #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(1..=1 << 20))]
     layers: Option<u32>,
@@ -90,18 +89,11 @@ pub(crate) struct BakeFlags {
     quiet: bool,
 }
 
-/// The kinds of maps that can be baked.
-#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
-pub(crate) enum KindName {
-    /// Deep shadow maps
-    Deep,
-    /// Maps of fragments: pieces of planes with coverage masks
-    Fragments,
-    /// Multilayer depth maps: the first hits of the ray through each pixel's
-    /// centre
-    Layers,
-    /// Multilayer transparent shadow maps: runs of compressed layers with counts
-    Mtsm,
+/// Accepts the names of kinds of map.
+fn kind() -> impl TypedValueParser<Value = Kind> {
+    let names = Kind::ALL.iter().map(|kind| PossibleValue::new(kind.name()).help(kind.about()));
+    PossibleValuesParser::new(names)
+        .try_map(|name| Kind::named(&name).ok_or("there is no such kind of map"))
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -123,35 +115,9 @@ enum ChannelsName {
 pub(crate) struct Bake {
     pub(crate) scene: PathBuf,
     pub(crate) output: PathBuf,
-    pub(crate) settings: BakeSettings,
-    /// None: a deep map.
-    pub(crate) layers: Option<LayersRequest>,
-    /// Whether the map has colours; none: if the scene has.
-    pub(crate) coloured: Option<bool>,
-    pub(crate) options: BakeOptions,
-    pub(crate) seed: u64,
+    pub(crate) settings: deepshadow::Bake,
     pub(crate) effort: Effort,
     pub(crate) quiet: bool,
-}
-
-/// What kind of layered map, and of how many layers.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct LayersRequest {
-    pub(crate) kind: KindName,
-    pub(crate) max_layers: u32,
-    pub(crate) resets: u32,
-    /// Places along a side of a pixel, of fragments.
-    pub(crate) coverage: u32,
-}
-
-impl LayersRequest {
-    /// Samples that each of the settings' samples stands for.
-    pub(crate) const fn samples(&self) -> u32 {
-        match self.kind {
-            KindName::Fragments => self.coverage * self.coverage,
-            _ => 1,
-        }
-    }
 }
 
 /// 1, 2, 4 or 8.
@@ -162,84 +128,38 @@ fn coverage(text: &str) -> Result<u32, String> {
     }
 }
 
-impl BakeFlags {
-    /// What a layered map is asked for; none for a deep one.
-    fn layers(&self) -> Result<Option<LayersRequest>, String> {
-        let refuse = |switch, kinds| Err(format!("{switch} is for maps of kind {kinds}"));
-        match self.kind {
-            KindName::Deep if self.layers.is_some() => {
-                return refuse("--layers", "fragments, layers or mtsm");
-            }
-            _ if self.resets.is_some() && self.kind != KindName::Mtsm => {
-                return refuse("--resets", "mtsm");
-            }
-            _ if self.coverage.is_some() && self.kind != KindName::Fragments => {
-                return refuse("--coverage", "fragments");
-            }
-            KindName::Deep => return Ok(None),
-            _ if self.mip => return refuse("--mip", "deep"),
-            _ if self.crop.is_some() => return refuse("--crop", "deep"),
-            _ if self.codec == values::CodecName::Quantized => {
-                return refuse("--codec quantized", "deep");
-            }
-            KindName::Mtsm => {}
-            _ if self.tolerance.0.is_some() => return refuse("--tolerance", "deep or mtsm"),
-            KindName::Fragments if self.samples.is_some() => {
-                return Err("fragments are sampled at --coverage places, not --samples".to_owned());
-            }
-            KindName::Layers if self.samples.is_some_and(|samples| samples != 1) => {
-                return Err("a map of kind layers has one sample a pixel".to_owned());
-            }
-            KindName::Fragments | KindName::Layers => {}
-        }
-        let max_layers = self.layers.unwrap_or(MultilayerSettings::MAX_LAYERS);
-        let resets = self.resets.unwrap_or(MultilayerSettings::RESETS);
-        let coverage = self.coverage.unwrap_or(8);
-        Ok(Some(LayersRequest { kind: self.kind, max_layers, resets, coverage }))
-    }
-}
-
 impl TryFrom<BakeFlags> for Bake {
     type Error = String;
 
     fn try_from(flags: BakeFlags) -> Result<Self, String> {
-        let layers = flags.layers()?;
         let shape = match flags.filter {
             ShapeName::Box => FilterShape::Box,
             ShapeName::Tent => FilterShape::Tent,
             ShapeName::Gaussian => FilterShape::Gaussian,
         };
-        let text = |error: dsm_core::Error| error.to_string();
+        let text = |error: deepshadow::Error| error.to_string();
         let width = flags.filter_width.unwrap_or(shape.minimum_width());
-        let mut settings = BakeSettings::new(flags.resolution).map_err(text)?;
+        let mut settings =
+            deepshadow::Bake::new(flags.resolution).map_err(text)?.with_kind(flags.kind);
         settings.tile_size = flags.tile;
         settings.crop = flags.crop;
-        settings.sampling = match (layers, flags.samples) {
-            (Some(_), None | Some(1)) => PixelSampling::centre(),
-            (_, samples) => PixelSampling::new(samples.unwrap_or(16), flags.seed).map_err(text)?,
-        };
-        settings.filter = Filter::new(shape, width).map_err(text)?;
+        settings.samples = flags.samples;
+        settings.filter = Filter::new(shape, width).map_err(|error| error.to_string())?;
         settings.tolerance = flags.tolerance.0;
-        if let (Some(layers), None) = (layers, settings.tolerance) {
-            // Surfaces are kept as they are.
-            let is_mtsm = layers.kind == KindName::Mtsm;
-            let epsilon = if is_mtsm { MultilayerSettings::TOLERANCE } else { 0.0 };
-            settings.tolerance = Some(Tolerance::new(epsilon).map_err(text)?);
-        }
-        let coloured = match flags.channels {
-            ChannelsName::Auto => None,
-            ChannelsName::Mono => Some(false),
-            ChannelsName::Rgb => Some(true),
+        settings.max_layers = flags.layers;
+        settings.resets = flags.resets;
+        settings.coverage = flags.coverage;
+        settings.channels = match flags.channels {
+            ChannelsName::Auto => Channels::Auto,
+            ChannelsName::Mono => Channels::Mono,
+            ChannelsName::Rgb => Channels::Rgb,
         };
-        if flags.codec == values::CodecName::Quantized {
-            settings.quantization = Some(Quantization::default());
-        }
-        let pyramid = flags.mip.then(PyramidOptions::default);
-        let options = BakeOptions::default()
-            .with_codec(flags.codec.into())
-            .with_block(flags.block.into())
-            .with_pyramid(pyramid);
-        let BakeFlags { scene, output, seed, effort, quiet, .. } = flags;
-        Ok(Self { scene, output, settings, layers, coloured, options, seed, effort, quiet })
+        settings.codec = flags.codec.into();
+        settings.block = flags.block.into();
+        settings.pyramid = flags.mip.then(PyramidOptions::default);
+        settings.seed = flags.seed;
+        settings.check().map_err(text)?;
+        let BakeFlags { scene, output, effort, quiet, .. } = flags;
+        Ok(Self { scene, output, settings, effort, quiet })
     }
 }

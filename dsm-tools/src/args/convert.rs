@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, ValueEnum};
-use dsm_core::Tolerance;
-use dsm_io::deep_exr::{Compression, Layout, SampleType};
-use dsm_io::{Block, ConvertOptions, ExportOptions, WriteOptions};
+use deepshadow::files::deep_exr::{Compression, Layout, SampleType};
+use deepshadow::files::{Block, ConvertOptions, ExportOptions, WriteOptions};
+use deepshadow::visibility::Tolerance;
 
 use super::values::{self, Effort};
 

@@ -1,10 +1,9 @@
 //! The switches that say how shadow rays meet layers.
 
 use clap::{Args, ValueEnum};
-use mtsm::LeafRule;
+use deepshadow::{LeafRule, TraceMethod};
 
 use super::values;
-use crate::layered::LayerRule;
 
 /// How rays meet layers that have a depth alone.
 #[derive(Clone, Copy, Debug, Args)]
@@ -31,12 +30,22 @@ impl LayerFlags {
     /// What is said of them where no layers are traced.
     pub(super) const NOT_TRACED: &str = "--rule and --z-threshold are for --method trace";
 
-    /// What they ask for.
-    pub(super) fn rule(&self) -> LayerRule {
-        let leaf = self.rule.map(|rule| match rule {
-            RuleName::Ratio => LeafRule::Ratio,
-            RuleName::Subtract => LeafRule::Subtract,
-        });
-        LayerRule { leaf, depth_threshold: self.z_threshold.map(f64::from) }
+    /// Whether any was given.
+    pub(super) const fn is_given(self) -> bool {
+        self.rule.is_some() || self.z_threshold.is_some()
+    }
+
+    /// The method with what they ask for.
+    pub(super) fn set(self, mut method: TraceMethod) -> TraceMethod {
+        if let Some(rule) = self.rule {
+            method = method.with_rule(match rule {
+                RuleName::Ratio => LeafRule::Ratio,
+                RuleName::Subtract => LeafRule::Subtract,
+            });
+        }
+        match self.z_threshold {
+            Some(threshold) => method.with_depth_threshold(threshold.into()),
+            None => method,
+        }
     }
 }

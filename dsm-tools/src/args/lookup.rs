@@ -4,12 +4,11 @@ use std::path::PathBuf;
 
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, ValueEnum};
-use dsm_core::{Footprint, LevelChoice};
+use deepshadow::{Bias, FilterMethod, Footprint, LevelChoice, Method, PcfMethod, TraceMethod};
 
 use super::filtering::{self, FilterName};
 use super::layer_rule::LayerFlags;
 use super::values::{self, Effort};
-use crate::layered::LayerRule;
 
 /// Answers how much light reaches each of many points
 ///
@@ -97,15 +96,18 @@ pub(crate) struct Lookup {
     pub(crate) map: PathBuf,
     pub(crate) points: PathBuf,
     pub(crate) space: Space,
-    pub(crate) footprint: Footprint,
-    pub(crate) level: LevelChoice,
     /// None: by the map's kind.
-    pub(crate) method: Option<MethodName>,
-    pub(crate) rays: Option<u32>,
+    method: Option<MethodName>,
     pub(crate) light_size: Option<[f32; 2]>,
-    pub(crate) layers: LayerRule,
     pub(crate) seed: u64,
-    pub(crate) bias: Option<f32>,
+    filter: FilterMethod,
+    trace: TraceMethod,
+    pcf: PcfMethod,
+    /// Switches that were given, of rays and of filters.
+    has_rays: bool,
+    has_rules: bool,
+    has_filter: bool,
+    has_start_before_point: bool,
     pub(crate) stats: bool,
     pub(crate) effort: Effort,
 }
@@ -117,31 +119,72 @@ impl TryFrom<LookupFlags> for Lookup {
         let LookupFlags { map, points, space, filter, width, level, bias, stats, effort, .. } =
             flags;
         let LookupFlags { method, rays, light_size, layers, seed, .. } = flags;
-        let layers = layers.rule();
         let footprint = filtering::footprint(filter, width)?;
-        if method == Some(MethodName::Filter) && (rays.is_some() || light_size.is_some()) {
-            return Err("--rays and --light-size are for --method trace and pcf".to_owned());
-        }
-        if layers.is_given() && method.is_some_and(|method| method != MethodName::Trace) {
-            return Err(LayerFlags::NOT_TRACED.to_owned());
-        }
-        if method == Some(MethodName::Trace) && bias.is_some_and(|bias| bias < 0.0) {
-            return Err("--bias: a ray does not start before its point".to_owned());
-        }
-        Ok(Self {
+        let request = Self {
             map,
             points,
             space,
-            footprint,
-            level,
             method,
-            rays,
             light_size,
-            layers,
             seed,
-            bias,
+            filter: FilterMethod { footprint, level, bias: Bias::Depth(bias.unwrap_or(0.0)) },
+            trace: layers.set(with_start(TraceMethod::new(rays.unwrap_or(RAYS)), bias)),
+            pcf: PcfMethod::new(rays.unwrap_or(RAYS)).with_bias(bias.unwrap_or(0.0).into()),
+            has_rays: rays.is_some() || light_size.is_some(),
+            has_rules: layers.is_given(),
+            has_filter: footprint != Footprint::Point || level != LevelChoice::FINEST,
+            has_start_before_point: bias.is_some_and(|bias| bias < 0.0),
             stats,
             effort,
+        };
+        if let Some(method) = method {
+            request.with_method(method)?;
+        }
+        Ok(request)
+    }
+}
+
+impl Lookup {
+    /// The method that was asked for, or else `default`.
+    ///
+    /// # Errors
+    ///
+    /// A switch that was given for other methods.
+    pub(crate) fn method(&self, default: Method) -> Result<Method, String> {
+        self.with_method(self.method.unwrap_or(match default {
+            Method::Filter(_) => MethodName::Filter,
+            Method::Pcf(_) => MethodName::Pcf,
+            _ => MethodName::Trace,
+        }))
+    }
+
+    fn with_method(&self, method: MethodName) -> Result<Method, String> {
+        if self.has_rays && method == MethodName::Filter {
+            return Err("--rays and --light-size are for --method trace and pcf".to_owned());
+        }
+        if self.has_rules && method != MethodName::Trace {
+            return Err(LayerFlags::NOT_TRACED.to_owned());
+        }
+        if self.has_filter && method != MethodName::Filter {
+            return Err("--filter and --level are for --method filter".to_owned());
+        }
+        if self.has_start_before_point && method == MethodName::Trace {
+            return Err("--bias: a ray does not start before its point".to_owned());
+        }
+        Ok(match method {
+            MethodName::Filter => self.filter.into(),
+            MethodName::Trace => self.trace.into(),
+            MethodName::Pcf => self.pcf.into(),
         })
+    }
+}
+
+/// Rays or taps unless another number is asked for.
+const RAYS: u32 = 256;
+
+fn with_start(method: TraceMethod, bias: Option<f32>) -> TraceMethod {
+    match bias {
+        Some(start) => method.with_start(start.into()),
+        None => method,
     }
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use dsm_core::Tolerance;
+use deepshadow::visibility::Tolerance;
 
 use super::values::{self, Effort};
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use clap::builder::RangedU64ValueParser;
-use dsm_io::PyramidOptions;
+use deepshadow::files::PyramidOptions;
 
 use super::values::{self, Effort};
 

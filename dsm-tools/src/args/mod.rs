@@ -14,12 +14,12 @@ mod render;
 mod values;
 mod verify;
 
-pub(crate) use bake::{Bake, KindName, LayersRequest};
+pub(crate) use bake::Bake;
 pub(crate) use convert::{Convert, ConvertTarget};
 pub(crate) use demo::Demo;
 pub(crate) use diff::Diff;
 pub(crate) use inspect::{Inspect, SliceFile};
-pub(crate) use lookup::{Lookup, MethodName, Space};
+pub(crate) use lookup::{Lookup, Space};
 pub(crate) use merge::Merge;
 pub(crate) use mip::Mip;
 pub(crate) use render::{Method, Render};

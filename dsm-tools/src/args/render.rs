@@ -4,12 +4,11 @@ use std::path::PathBuf;
 
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, ValueEnum};
-use dsm_core::{Bias, Footprint, LevelChoice};
+use deepshadow::{Bias, FilterMethod, LevelChoice, Method as MapMethod, PcfMethod, TraceMethod};
 
 use super::filtering::{self, FilterName};
 use super::layer_rule::LayerFlags;
 use super::values::{self, Effort, ImageFile, ImageFormat};
-use crate::layered::AreaMethod;
 
 /// Renders a scene under its light
 ///
@@ -106,12 +105,10 @@ enum MethodName {
 /// Where shadows come from.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Method {
-    /// Lookups in a deep map: a file, or one that is baked first.
-    Filter { map: Option<PathBuf>, footprint: Footprint, level: LevelChoice, bias: Bias },
-    /// Soft shadows of a layered map: a file, or one that is baked first.
-    Area { map: Option<PathBuf>, how: AreaMethod },
-    /// Percentage closer filtering.
-    Pcf { taps: u32, width: f32, bias: Bias },
+    /// A map: a file, or one that is baked first.
+    Map { map: Option<PathBuf>, method: MapMethod },
+    /// Percentage closer filtering of a plain shadow map.
+    Plain { taps: u32, width: f32, bias: Bias },
     /// Rays through the scene.
     Reference { rays: u32 },
 }
@@ -120,9 +117,8 @@ impl Method {
     /// As the command line spells it.
     pub(crate) const fn name(&self) -> &'static str {
         match self {
-            Self::Filter { .. } => "filter",
-            Self::Area { how: AreaMethod::Trace { .. }, .. } => "trace",
-            Self::Area { .. } | Self::Pcf { .. } => "pcf",
+            Self::Map { method, .. } => method.name(),
+            Self::Plain { .. } => "pcf",
             Self::Reference { .. } => "reference",
         }
     }
@@ -150,24 +146,30 @@ impl TryFrom<RenderFlags> for Render {
 
     fn try_from(flags: RenderFlags) -> Result<Self, String> {
         let RenderFlags { rays, width, level, bias, filter, map, .. } = flags;
-        let layers = flags.layers.rule();
-        if layers.is_given() && flags.method != MethodName::Trace {
+        if flags.layers.is_given() && flags.method != MethodName::Trace {
             return Err(LayerFlags::NOT_TRACED.to_owned());
         }
         let method = match flags.method {
             MethodName::Filter => {
                 let footprint = filtering::footprint(filter, width)?;
-                Method::Filter { map, footprint, level, bias }
+                Method::Map { map, method: FilterMethod { footprint, level, bias }.into() }
             }
             MethodName::Trace => {
-                let start = depth(bias);
-                if start.is_some_and(|start| start < 0.0) {
-                    return Err("--bias: a ray does not start before its point".to_owned());
-                }
-                Method::Area { map, how: AreaMethod::Trace { rays, start, layers } }
+                let method = match depth(bias) {
+                    Some(start) if start < 0.0 => {
+                        return Err("--bias: a ray does not start before its point".to_owned());
+                    }
+                    Some(start) => TraceMethod::new(rays).with_start(start),
+                    None => TraceMethod::new(rays),
+                };
+                Method::Map { map, method: flags.layers.set(method).into() }
             }
             MethodName::Pcf if map.is_some() => {
-                Method::Area { map, how: AreaMethod::Pcf { taps: rays, bias: depth(bias) } }
+                let method = match depth(bias) {
+                    Some(bias) => PcfMethod::new(rays).with_bias(bias),
+                    None => PcfMethod::new(rays),
+                };
+                Method::Map { map, method: method.into() }
             }
             MethodName::Reference if map.is_some() => {
                 return Err("--map has no use for --method reference".to_owned());
@@ -181,7 +183,7 @@ impl TryFrom<RenderFlags> for Render {
                 if side * side != rays || rays > 4096 {
                     return Err("--rays: pcf takes a square number of taps, 1 to 4096".to_owned());
                 }
-                Method::Pcf { taps: rays, width, bias }
+                Method::Plain { taps: rays, width, bias }
             }
             MethodName::Reference => Method::Reference { rays },
         };

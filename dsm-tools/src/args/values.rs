@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::{PathBufValueParser, RangedU64ValueParser, TypedValueParser};
 use clap::{Args, ValueEnum};
-use dsm_core::Tolerance;
-use dsm_io::{Block, Codec};
+use deepshadow::Tolerance;
+use deepshadow::files::{Block, Codec};
 
 /// How much of the machine a command takes.
 #[derive(Clone, Copy, Debug, Args)]

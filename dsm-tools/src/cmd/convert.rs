@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use anyhow::{Context, Result};
-use dsm_io::{ExportOptions, ExportReport, Limits, MapSource, convert, export_deep_exr};
+use deepshadow::files::{ExportOptions, ExportReport, Limits, MapSource, convert, export_deep_exr};
 
 use crate::args::{Convert, ConvertTarget};
 use crate::output::{printable, progress};

@@ -7,15 +7,15 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use dsm_core::{BakeSettings, DeepMap, Filter, FilterShape, Footprint};
-use dsm_io::{BakeOptions, CachedShadow, Limits, MapReader, PyramidOptions, TileCache, mip};
-use dsm_scene::{Image, RenderSettings, Renderer, Scene, TracedScene, builtin_scene};
+use deepshadow::files::{Limits, MapReader, PyramidOptions, mip};
+use deepshadow::scene::{Image, RenderSettings, Renderer, Scene, TracedScene, builtin_scene};
+use deepshadow::visibility::DeepMap;
+use deepshadow::{Bake, Bias, Filter, FilterMethod, FilterShape, Footprint, Query, ShadowMap};
 
-use super::bake::BakeJob;
+use super::bake::bake_scene;
 use super::inspect::{plot_pixel, write_slice};
 use super::render::render_with_bar;
 use crate::args::{Demo, ImageFile, ImageFormat, SliceFile};
-use crate::filtering;
 use crate::output::{picture, printable, progress};
 use crate::parallel::with_threads;
 
@@ -47,16 +47,8 @@ impl Demonstration<'_> {
         self.say("scene", "50,000 curly hairs on a ball over a floor")?;
 
         let map_path = path("hairball.dsm");
-        let job = BakeJob {
-            scene: &scene,
-            name: "builtin:hairball",
-            settings: BakeSettings::new([RESOLUTION; 2])?,
-            coloured: None,
-            options: BakeOptions::default(),
-            seed: 0,
-            quiet,
-        };
-        let report = job.run(&map_path)?;
+        let settings = Bake::new([RESOLUTION; 2])?;
+        let report = bake_scene(&scene, "builtin:hairball", settings, &map_path, quiet)?;
         let map = MapReader::open(&map_path, &Limits::default())?;
         let level = map.levels()[0];
         let vertices = map.directory(0)?.iter().map(|(_, entry)| entry.vertex_count).sum::<u64>();
@@ -66,7 +58,7 @@ impl Demonstration<'_> {
             &format!(
                 "{RESOLUTION} × {RESOLUTION} pixels, {} samples with {} hits into {:.1} vertices a \
                  pixel, off by {:.4} at most",
-                job.samples(),
+                report.samples,
                 report.hits,
                 vertices as f64 / pixels,
                 level.error.max
@@ -112,19 +104,19 @@ impl Demonstration<'_> {
 
     /// The scene without self-shadowing beside the same with it.
     fn render(&self, scene: &Scene, map: &Path) -> Result<Image> {
-        let map = TileCache::new(filtering::TILE_BYTES).open::<f32>(map, &Limits::default())?;
         let filter = Filter::new(FilterShape::Tent, 2.0)?;
-        let lookup = filtering::shadow_lookup(&map)?.with_footprint(Footprint::Isotropic(filter));
-        let shadow = CachedShadow::new(map, lookup)?;
+        let footprint = Footprint::Isotropic(filter);
+        let method = FilterMethod { footprint, bias: Bias::Auto, ..FilterMethod::POINT };
+        let light = scene.light.area()?;
+        let query = Query::new().with_method(method).with_light(light);
+        let shadow = ShadowMap::open(map)?.shadow(&query)?;
         let traced = Arc::new(TracedScene::new(scene)?);
         let mut settings = RenderSettings::new(CAMERA_RAYS, 0)?;
         let mut draw = |self_shadowing| {
             settings.self_shadowing = self_shadowing;
             let camera = scene.camera.raster(PICTURE)?;
-            let renderer =
-                Renderer::new(Arc::clone(&traced), camera, scene.light.area()?, settings.clone());
-            let failed = anyhow::Error::from;
-            render_with_bar(&renderer, &shadow, failed, self.request.quiet).map(|(image, _)| image)
+            let renderer = Renderer::new(Arc::clone(&traced), camera, light, settings.clone());
+            render_with_bar(&renderer, &shadow, self.request.quiet).map(|(image, _)| image)
         };
         let images = [draw(false)?, draw(true)?];
         Image::beside(&images).context("both are as high")

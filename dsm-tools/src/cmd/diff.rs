@@ -3,7 +3,7 @@
 use std::io::{self, BufWriter, Write};
 
 use anyhow::{Result, anyhow};
-use dsm_io::{Error, Limits, MapDifference, MapSource, WorstPixel, compare_levels};
+use deepshadow::files::{Error, Limits, MapDifference, MapSource, WorstPixel, compare_levels};
 use serde::Serialize;
 
 use crate::args::Diff;

@@ -4,25 +4,25 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use dsm_core::{DeepMap, Transmittance, VisibilityView};
-use dsm_io::{AnyDeepMap, ErasedMap, Level, TileRect};
+use deepshadow::ShadowMap;
+use deepshadow::files::{AnyDeepMap, Level, TileRect, replace_file};
+use deepshadow::visibility::{DeepMap, Transmittance, VisibilityView};
 
 use crate::args::{ImageFile, ImageFormat, Inspect, SliceFile};
-use crate::kinds;
 use crate::output::plot;
 use crate::output::slice::Slice;
 use crate::output::summary::{PixelSummary, Summary};
 
 pub(crate) fn run(request: &Inspect) -> Result<()> {
-    let map = kinds::open(&request.file)?;
-    let mut summary = Summary::new(&*map)?;
+    let map = ShadowMap::open(&request.file)?;
+    let mut summary = Summary::new(&map)?;
     if let Some(pixel) = request.pixel {
-        summary.pixel = Some(inspect_pixel(&*map, pixel, request)?);
+        summary.pixel = Some(inspect_pixel(&map, pixel, request)?);
     }
     if let Some(file) = &request.slice {
-        let metadata = map.metadata();
-        let whole = TileRect { x: 0, y: 0, width: metadata.width, height: metadata.height };
-        match functions(&*map, 0, whole)? {
+        let [width, height] = map.size();
+        let whole = TileRect { x: 0, y: 0, width, height };
+        match functions(&map, 0, whole)? {
             AnyDeepMap::Mono(map) => write_slice(&map, file),
             AnyDeepMap::Rgb(map) => write_slice(&map, file),
         }?;
@@ -43,7 +43,7 @@ fn print(summary: &Summary<'_>, request: &Inspect) -> Result<()> {
 }
 
 /// The visibility functions of some pixels.
-fn functions(map: &dyn ErasedMap, level: u32, rect: TileRect) -> Result<AnyDeepMap> {
+fn functions(map: &ShadowMap, level: u32, rect: TileRect) -> Result<AnyDeepMap> {
     let found = map.functions(level, rect)?;
     found.with_context(|| {
         format!("a map of kind {} has no visibility functions to draw", map.kind())
@@ -51,7 +51,7 @@ fn functions(map: &dyn ErasedMap, level: u32, rect: TileRect) -> Result<AnyDeepM
 }
 
 /// What is stored of a pixel, and its function plotted if that is asked.
-fn inspect_pixel(map: &dyn ErasedMap, [x, y]: [u32; 2], request: &Inspect) -> Result<PixelSummary> {
+fn inspect_pixel(map: &ShadowMap, [x, y]: [u32; 2], request: &Inspect) -> Result<PixelSummary> {
     let index = request.level;
     let level = level(map, index)?;
     if x >= level.width || y >= level.height {
@@ -78,8 +78,8 @@ fn inspect_pixel(map: &dyn ErasedMap, [x, y]: [u32; 2], request: &Inspect) -> Re
     Ok(PixelSummary::new(index, [x, y], map.contents(index, [x, y])?))
 }
 
-fn level(map: &dyn ErasedMap, index: u32) -> Result<&Level> {
-    let levels = map.container().levels();
+fn level(map: &ShadowMap, index: u32) -> Result<&Level> {
+    let levels = map.levels();
     levels.get(index as usize).with_context(|| {
         format!("there is no level {index}: the map has {}, counted from 0", levels.len())
     })
@@ -109,5 +109,5 @@ pub(crate) fn write_slice<T: Transmittance>(map: &DeepMap<T>, file: &SliceFile) 
 }
 
 fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
-    Ok(dsm_io::replace_file(path, bytes)?)
+    Ok(replace_file(path, bytes)?)
 }

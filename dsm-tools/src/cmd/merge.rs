@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use anyhow::{Context, Result};
-use dsm_io::{Limits, MapReader, MergeReport, merge};
+use deepshadow::files::{Limits, MapReader, MergeReport, merge};
 
 use crate::args::Merge;
 use crate::output::{printable, progress};

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use anyhow::{Context, Result};
-use dsm_io::{Limits, MapReader, mip};
+use deepshadow::files::{Limits, MapReader, mip};
 
 use crate::args::Mip;
 use crate::output::{printable, progress};

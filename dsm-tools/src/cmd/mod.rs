@@ -1,7 +1,6 @@
 //! The commands: what each does, once it is known what is asked.
 
 pub(crate) mod bake;
-pub(crate) mod bake_layers;
 pub(crate) mod convert;
 pub(crate) mod demo;
 pub(crate) mod diff;

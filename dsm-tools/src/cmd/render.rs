@@ -2,37 +2,25 @@
 
 use std::io::{self, Write};
 use std::ops::ControlFlow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use dsm_core::{
-    AreaLight, BakeSettings, Bias, BiasSummary, Footprint, LevelChoice, LightVisibility, MapInfo,
-    Rgb, ShadowLookup, Tolerance, Transmittance,
+use deepshadow::scene::{
+    Image, ImageDifference, RenderProgress, RenderSettings, Renderer, Scene, TracedScene,
+    open_scene,
 };
-use dsm_io::{
-    AnyCachedMap, BakeOptions, CachedMap, CachedShadow, Deep, Limits, MapKind, PyramidOptions,
-    TileCache,
+use deepshadow::{
+    Bias, BiasSummary, Kind, LevelChoice, Method as MapMethod, PlainShadow, Query, Shadow,
+    ShadowMap, Tolerance, plain_shadow, reference_shadow,
 };
-use dsm_scene::{
-    Image, ImageDifference, RenderSettings, Renderer, Scene, SceneRasterizer, SceneReference,
-    TracedScene, open_scene,
-};
-use dsm_trace::LightFrame;
-use mtsm::MultilayerSettings;
 use serde::Serialize;
-use shadow_maps::plain::{
-    DepthMap, DepthMapSettings, PercentageCloserFilter, PercentageCloserShadow,
-};
+use tempfile::TempDir;
 
-use super::bake::BakeJob;
-use super::bake_layers::LayersJob;
-use crate::args::{KindName, LayersRequest, Method, Render};
-use crate::filtering;
+use super::bake::bake_scene;
+use crate::args::{Method, Render};
 use crate::interrupt::Interrupt;
-use crate::kinds;
-use crate::layered::{self, AreaMethod, AreaShadow, AreaVisitor};
 use crate::output::{picture, printable, progress};
 use crate::parallel::with_threads;
 
@@ -187,228 +175,92 @@ struct RenderJob<'a> {
 
 impl RenderJob<'_> {
     fn run(&self) -> Result<Rendered> {
-        match &self.request.method {
-            Method::Filter { map, footprint, level, bias } => {
-                self.filter(map.as_deref(), *footprint, *level, *bias)
-            }
-            Method::Area { map, how } => self.area(map.as_deref(), *how),
-            &Method::Pcf { taps, width, bias } => self.pcf(taps, width, bias),
-            &Method::Reference { rays } => {
-                if self.scene.is_coloured() {
-                    self.reference::<Rgb>(rays)
-                } else {
-                    self.reference::<f32>(rays)
+        let started = Instant::now();
+        // The folder goes when the picture is done.
+        let (mut folder, mut bias) = (None, None);
+        let shadow = match &self.request.method {
+            Method::Map { map, method } => {
+                if let MapMethod::Filter(filter) = method {
+                    bias = Some(filter.bias);
+                }
+                let query = Query::new().with_method(*method);
+                let query = query.with_light(self.scene.light.area()?);
+                let open = |path: &Path| ShadowMap::open(path)?.shadow(&query);
+                match map {
+                    Some(map) => open(map)?,
+                    None => open(&self.bake_for(*method, &mut folder)?)?,
                 }
             }
-        }
-    }
-
-    fn reference<T: Transmittance>(&self, rays: u32) -> Result<Rendered> {
-        let shadow = SceneReference::<T>::new(Arc::clone(self.traced)).with_rays(rays);
-        let (image, render_s) = self.render(&shadow, |never| match never {})?;
-        Ok(Rendered { image, biases: None, map_s: 0.0, render_s })
-    }
-
-    fn pcf(&self, taps: u32, width: f32, bias: Bias) -> Result<Rendered> {
-        let started = Instant::now();
-        let raster = self.scene.light.raster([RESOLUTION; 2])?;
-        let camera = raster.shadow_camera();
-        let source = SceneRasterizer::<f32>::new(self.scene, raster)?;
-        let mut settings = DepthMapSettings::new([RESOLUTION; 2], SAMPLES)?;
-        settings.camera = Some(camera);
-        let map = DepthMap::sample(&source, &settings)?;
-        let info = MapInfo { camera: Some(camera), ..MapInfo::default() };
-        let lookup = ShadowLookup::new(&info, [RESOLUTION; 2])?.with_bias(bias);
-        let filter = PercentageCloserFilter::new(map.clone(), taps)?.with_width(width)?;
-        let shadow = PercentageCloserShadow::new(filter, lookup);
+            &Method::Plain { taps, width, bias: given } => {
+                bias = Some(given);
+                let settings = PlainShadow::new(taps).with_width(width).with_bias(given);
+                plain_shadow(self.scene, &self.scene.light, &settings)?
+            }
+            &Method::Reference { rays } => {
+                reference_shadow(Arc::clone(self.traced), self.scene, rays)?
+            }
+        };
         let map_s = started.elapsed().as_secs_f64();
-        let (image, render_s) = self.render(&shadow, anyhow::Error::from)?;
-        Ok(Rendered { image, biases: Some((bias, shadow.biases())), map_s, render_s })
+        let (image, render_s) = self.render(&shadow)?;
+        let biases = bias.and_then(|bias| Some((bias, shadow.statistics().biases?)));
+        Ok(Rendered { image, biases, map_s, render_s })
     }
 
-    fn area(&self, map: Option<&Path>, how: AreaMethod) -> Result<Rendered> {
-        let started = Instant::now();
-        // The folder goes when the picture is done.
-        let (baked, folder);
-        let path = match map {
-            Some(path) => path,
-            None => {
-                folder = tempfile::tempdir().context("cannot make a folder for the map")?;
-                baked = folder.path().join("map.dsm");
-                self.bake_layers(&baked, how)?;
-                &baked
-            }
-        };
-        let map = kinds::open(path)?;
-        if map.kind() == Deep::NAME {
-            bail!("{}: a deep map has no layers: --method filter reads it", path.display());
-        }
-        layered::with_shadow(map, how, RenderArea { job: self, started })
-    }
-
-    /// Bakes the layers that the light's rays may meet: fragments, which come
-    /// closest to rays through the scene, unless there is what they cannot hold
-    /// or what does not go with them.
-    fn bake_layers(&self, path: &Path, how: AreaMethod) -> Result<()> {
-        let settings = MultilayerSettings::new([RESOLUTION; 2])?;
-        let has_rule = matches!(how, AreaMethod::Trace { layers, .. } if layers.is_given());
-        let kind =
-            if has_rule || self.scene.has_media() { KindName::Mtsm } else { KindName::Fragments };
-        let MultilayerSettings { max_layers, resets, .. } = settings;
-        let layers = LayersRequest { kind, max_layers, resets, coverage: 8 };
+    /// Bakes the map that a method reads into a folder of its own.
+    fn bake_for(&self, method: MapMethod, folder: &mut Option<TempDir>) -> Result<PathBuf> {
+        let made = tempfile::tempdir().context("cannot make a folder for the map")?;
+        let map = folder.insert(made).path().join("map.dsm");
         let name = self.request.scene.to_string_lossy();
-        let job = self.bake_job(&name, settings.bake, None);
-        LayersJob { job: &job, layers }.run(path).map(drop)
+        bake_scene(self.scene, &name, self.settings(method)?, &map, self.request.quiet)?;
+        Ok(map)
     }
 
-    fn bake_job<'s>(
-        &'s self,
-        name: &'s str,
-        settings: BakeSettings,
-        pyramid: Option<PyramidOptions>,
-    ) -> BakeJob<'s> {
-        BakeJob {
-            scene: self.scene,
-            name,
-            settings,
-            coloured: None,
-            options: BakeOptions::default().with_pyramid(pyramid),
-            seed: self.request.seed,
-            quiet: self.request.quiet,
-        }
-    }
-
-    fn filter(
-        &self,
-        map: Option<&Path>,
-        footprint: Footprint,
-        level: LevelChoice,
-        bias: Bias,
-    ) -> Result<Rendered> {
-        let started = Instant::now();
-        let cache = TileCache::new(filtering::TILE_BYTES);
-        // The folder goes when the picture is done.
-        let (baked, folder);
-        let path = match map {
-            Some(path) => path,
-            None => {
-                folder = tempfile::tempdir().context("cannot make a folder for the map")?;
-                baked = folder.path().join("map.dsm");
-                self.bake(&baked, level)?;
-                &baked
-            }
+    /// The settings of a map that is baked for a picture alone.
+    fn settings(&self, method: MapMethod) -> Result<deepshadow::Bake> {
+        let settings = deepshadow::Bake::new([RESOLUTION; 2])?.with_seed(self.request.seed);
+        let MapMethod::Filter(filter) = method else {
+            return Ok(settings.with_kind(Kind::for_area_lights(self.scene.has_media(), &method)));
         };
-        let name = || format!("{}", path.display());
-        let lookup = |lookup: ShadowLookup| {
-            lookup.with_footprint(footprint).with_level(level).with_bias(bias)
-        };
-        match AnyCachedMap::open(&cache, path, &Limits::default())? {
-            AnyCachedMap::Mono(map) => {
-                let shadow = filtered(map, &footprint, level, lookup).with_context(name)?;
-                self.filtered(&shadow, bias, started)
-            }
-            AnyCachedMap::Rgb(map) => {
-                let shadow = filtered(map, &footprint, level, lookup).with_context(name)?;
-                self.filtered(&shadow, bias, started)
-            }
-        }
-    }
-
-    fn filtered<T: Transmittance>(
-        &self,
-        shadow: &CachedShadow<T>,
-        bias: Bias,
-        started: Instant,
-    ) -> Result<Rendered> {
-        let map_s = started.elapsed().as_secs_f64();
-        let (image, render_s) = self.render(shadow, anyhow::Error::from)?;
-        Ok(Rendered { image, biases: Some((bias, shadow.biases())), map_s, render_s })
-    }
-
-    /// Bakes the light's map, with the levels that will be read.
-    fn bake(&self, path: &Path, level: LevelChoice) -> Result<()> {
-        let mut settings = BakeSettings::new([RESOLUTION; 2])?;
-        settings.sampling = dsm_core::PixelSampling::new(SAMPLES, self.request.seed)?;
-        settings.tolerance = Some(Tolerance::new(TOLERANCE)?);
-        let pyramid = (level != LevelChoice::FINEST).then(PyramidOptions::default);
-        let name = self.request.scene.to_string_lossy();
-        self.bake_job(&name, settings, pyramid).run(path).map(|_| ())
+        let settings = settings.with_samples(SAMPLES).with_tolerance(Tolerance::new(TOLERANCE)?);
+        Ok(if filter.level == LevelChoice::FINEST {
+            settings
+        } else {
+            settings.with_pyramid(deepshadow::files::PyramidOptions::default())
+        })
     }
 
     /// Renders with these shadows; how long that took.
-    fn render<V: LightVisibility>(
-        &self,
-        shadow: &V,
-        failed: impl Fn(V::Error) -> anyhow::Error,
-    ) -> Result<(Image, f64)>
-    where
-        V::Error: Send,
-    {
+    fn render(&self, shadow: &Shadow) -> Result<(Image, f64)> {
         let request = self.request;
         let camera = self.scene.camera;
         let camera = camera.raster(request.resolution.unwrap_or(camera.resolution))?;
         let mut settings = RenderSettings::new(request.samples, request.seed)?;
         settings.factor = request.factor;
-        let renderer =
-            Renderer::new(Arc::clone(self.traced), camera, self.scene.light.area()?, settings);
-        render_with_bar(&renderer, shadow, failed, request.quiet)
-    }
-}
-
-/// Renders a scene with the soft shadows of a layered map.
-struct RenderArea<'a, 'b> {
-    job: &'a RenderJob<'b>,
-    started: Instant,
-}
-
-impl AreaVisitor for RenderArea<'_, '_> {
-    type Output = Rendered;
-
-    fn light(&self, _: &LightFrame) -> Result<AreaLight> {
-        Ok(self.job.scene.light.area()?)
-    }
-
-    fn visit<V: AreaShadow>(self, shadow: &V) -> Result<Rendered> {
-        let map_s = self.started.elapsed().as_secs_f64();
-        let (image, render_s) = self.job.render(shadow, anyhow::Error::from)?;
-        Ok(Rendered { image, biases: None, map_s, render_s })
+        let light = self.scene.light.area()?;
+        let renderer = Renderer::new(Arc::clone(self.traced), camera, light, settings);
+        render_with_bar(&renderer, shadow, request.quiet)
     }
 }
 
 /// Renders on the current pool, with a progress bar, until somebody interrupts
 /// it; how long that took.
-pub(crate) fn render_with_bar<V: LightVisibility>(
+pub(crate) fn render_with_bar(
     renderer: &Renderer,
-    shadow: &V,
-    failed: impl Fn(V::Error) -> anyhow::Error,
+    shadow: &Shadow,
     quiet: bool,
-) -> Result<(Image, f64)>
-where
-    V::Error: Send,
-{
+) -> Result<(Image, f64)> {
     let started = Instant::now();
     let interrupt = Interrupt::listen()?;
     let bar = progress::bar(0, "rendering".to_owned(), quiet);
-    let watch = |progress: dsm_scene::RenderProgress| {
+    let watch = |progress: RenderProgress| {
         bar.set_length(progress.blocks);
         bar.set_position(progress.done);
         if interrupt.is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let image = renderer.render(shadow, watch).map_err(failed);
+    let image = renderer.render(shadow, watch);
     bar.finish_and_clear();
     match image? {
         Some(image) => Ok((image, started.elapsed().as_secs_f64())),
         None => bail!("rendering: interrupted"),
     }
-}
-
-/// The shadows of a map's file.
-fn filtered<T: Transmittance>(
-    map: CachedMap<T>,
-    footprint: &Footprint,
-    level: LevelChoice,
-    set: impl Fn(ShadowLookup) -> ShadowLookup,
-) -> Result<CachedShadow<T>> {
-    let lookup = set(filtering::shadow_lookup(&map)?);
-    Ok(CachedShadow::of_cursors(filtering::cursors(map, footprint, level)?, lookup))
 }

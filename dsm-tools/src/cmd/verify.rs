@@ -4,11 +4,11 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use anyhow::{Result, bail};
-use dsm_io::{Deep, Error, Limits, MapKind, MapReader, MapSource, check_bound};
+use deepshadow::ShadowMap;
+use deepshadow::files::{Error, Limits, MapSource};
 use serde::Serialize;
 
 use crate::args::Verify;
-use crate::kinds;
 use crate::output::progress;
 use crate::parallel::with_threads;
 
@@ -54,40 +54,28 @@ fn check(path: &Path, request: &Verify) -> FileOutcome {
 }
 
 /// What is wrong with a map. Only one that is sound is held to its bound.
-fn open_and_check(path: &Path, request: &Verify) -> dsm_io::Result<Vec<String>> {
-    let map = kinds::open(path)?;
+fn open_and_check(path: &Path, request: &Verify) -> deepshadow::Result<Vec<String>> {
+    let map = ShadowMap::open(path)?;
     let mut errors: Vec<_> = map.verify().iter().map(Error::to_string).collect();
-    match &request.against {
-        Some(_) if map.kind() != Deep::NAME => {
-            let kind = map.kind();
-            errors.push(format!(
-                "{}: a map of kind {kind} has no source to be held to",
-                path.display()
-            ));
-        }
-        Some(source) if errors.is_empty() => {
-            errors.extend(check_against(map.downcast()?, source, request).err());
-        }
-        _ => {}
+    if let (Some(source), true) = (&request.against, errors.is_empty()) {
+        errors.extend(check_against(&map, source, request).err());
     }
     Ok(errors)
 }
 
-fn check_against(reader: MapReader, path: &Path, request: &Verify) -> Result<(), String> {
-    let limits = Limits::default();
-    let checked = MapSource::open(path, request.part.as_deref(), &limits).and_then(|mut source| {
-        let rows = u64::from(reader.metadata().height);
-        let bar = progress::bar(rows, "comparing".to_owned(), request.quiet);
-        let checked = check_bound(reader, &mut source, |rows| bar.set_position(rows.into()));
-        bar.finish_and_clear();
-        checked
-    });
-    match checked {
-        Ok(_) => Ok(()),
+fn check_against(map: &ShadowMap, path: &Path, request: &Verify) -> Result<(), String> {
+    let source = MapSource::open(path, request.part.as_deref(), &Limits::default());
+    let mut source = source.map_err(|error| error.to_string())?;
+    let bar = progress::bar(map.size()[1].into(), "comparing".to_owned(), request.quiet);
+    let checked = map.check_against(&mut source, |rows| bar.set_position(rows.into()));
+    bar.finish_and_clear();
+    checked.map_err(|error| match error {
         // That names a file already.
-        Err(error @ Error::File { .. }) => Err(error.to_string()),
-        Err(error) => Err(format!("against {}: {error}", path.display())),
-    }
+        deepshadow::Error::File(Error::File { .. }) | deepshadow::Error::Query { .. } => {
+            error.to_string()
+        }
+        error => format!("against {}: {error}", path.display()),
+    })
 }
 
 impl Outcome {

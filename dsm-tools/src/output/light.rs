@@ -2,20 +2,18 @@
 
 use std::io::Write;
 
-use dsm_core::Transmittance;
-
-/// The header of the columns of `T`.
-pub(crate) fn header<T: Transmittance>() -> &'static [u8] {
-    if T::CHANNELS == 1 { b"v\n" } else { b"r,g,b\n" }
+/// The header of the columns of values with this number of channels.
+pub(crate) const fn header(channels: usize) -> &'static [u8] {
+    if channels == 1 { b"v\n" } else { b"r,g,b\n" }
 }
 
-/// Appends `value` as a line of CSV.
-pub(crate) fn append_line<T: Transmittance>(value: T, lines: &mut Vec<u8>) {
-    for channel in 0..T::CHANNELS {
-        if channel > 0 {
+/// Appends the channels of a value as a line of CSV.
+pub(crate) fn append_line(channels: &[f32], lines: &mut Vec<u8>) {
+    for (index, &value) in channels.iter().enumerate() {
+        if index > 0 {
             lines.push(b',');
         }
-        append_number(value.channel(channel), lines);
+        append_number(value, lines);
     }
     lines.push(b'\n');
 }
@@ -54,13 +52,11 @@ fn append_number(value: f32, text: &mut Vec<u8>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dsm_core::Rgb;
     use proptest::prelude::*;
-    use proptest::test_runner::RngSeed;
 
-    fn line<T: Transmittance>(value: T) -> String {
+    fn line(channels: &[f32]) -> String {
         let mut lines = Vec::new();
-        append_line(value, &mut lines);
+        append_line(channels, &mut lines);
         String::from_utf8(lines).unwrap()
     }
 
@@ -79,24 +75,19 @@ mod tests {
             (1.0_f32.next_down(), "0.99999994"),
             (f32::from_bits(1), "1.40129846e-45"),
         ] {
-            assert_eq!(line(value), format!("{text}\n"));
+            assert_eq!(line(&[value]), format!("{text}\n"));
         }
-        assert_eq!(line(Rgb::new(0.25, 1.0, 0.0)), "0.25,1,0\n");
-        assert_eq!((header::<f32>(), header::<Rgb>()), (&b"v\n"[..], &b"r,g,b\n"[..]));
+        assert_eq!(line(&[0.25, 1.0, 0.0]), "0.25,1,0\n");
+        assert_eq!((header(1), header(3)), (&b"v\n"[..], &b"r,g,b\n"[..]));
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig {
-            cases: if std::env::var_os("DSM_LONG_TESTS").is_some() { 20_000 } else { 256 },
-            rng_seed: RngSeed::Fixed(0x1167),
-            failure_persistence: None,
-            ..ProptestConfig::default()
-        })]
+        #![proptest_config(dsm_testkit::config(0x1167))]
 
         #[test]
         fn numbers_read_back_the_same(bits in 0..=1.0_f32.to_bits()) {
             let value = f32::from_bits(bits);
-            prop_assert_eq!(line(value).trim().parse(), Ok(value));
+            prop_assert_eq!(line(&[value]).trim().parse(), Ok(value));
         }
     }
 }

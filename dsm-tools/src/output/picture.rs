@@ -4,7 +4,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use dsm_scene::Image;
+use deepshadow::scene::Image;
 use exr::image::read::read;
 use exr::meta::MetaData;
 use exr::prelude::{
@@ -22,7 +22,7 @@ pub(crate) fn write_picture(image: &Image, file: &ImageFile) -> Result<()> {
         _ => image.to_png().map_err(anyhow::Error::from),
     };
     let encoded = encoded.with_context(|| format!("encoding {}", file.path.display()))?;
-    Ok(dsm_io::replace_file(&file.path, &encoded)?)
+    Ok(deepshadow::files::replace_file(&file.path, &encoded)?)
 }
 
 fn exr(image: &Image) -> Result<Vec<u8>> {

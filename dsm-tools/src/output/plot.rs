@@ -1,7 +1,7 @@
 //! A plot of one pixel's visibility function, as SVG or PNG.
 
 use anyhow::{Context, Result, anyhow};
-use dsm_core::{Transmittance, VisibilityView};
+use deepshadow::visibility::{Transmittance, VisibilityView};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::register_font;
@@ -187,7 +187,7 @@ fn depth_label(depth: f64, extent: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dsm_core::{Rgb, Vertex, VisibilityFunction};
+    use deepshadow::visibility::{Rgb, Vertex, VisibilityFunction};
 
     #[test]
     fn the_curve_runs_from_edge_to_edge() {

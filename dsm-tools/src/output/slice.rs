@@ -3,8 +3,8 @@
 use std::io::Cursor;
 
 use anyhow::{Context, Result};
-use dsm_core::{MapInfo, PixelWindow, Transmittance, VisibilityField};
-use dsm_scene::srgb_code;
+use deepshadow::scene::srgb_code;
+use deepshadow::visibility::{MapInfo, PixelWindow, Transmittance, VisibilityField};
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, IntegerBounds, Layer, LayerAttributes,
     Vec2, WritableImage,
@@ -87,7 +87,7 @@ fn bounds(window: PixelWindow) -> IntegerBounds {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dsm_core::{DeepMap, PixelListsBuilder, Rgb, Vertex};
+    use deepshadow::visibility::{DeepMap, PixelListsBuilder, Rgb, Vertex};
     use exr::prelude::{ReadChannels, ReadLayers};
 
     /// A clear pixel beside one that falls to `value` at depth 1.

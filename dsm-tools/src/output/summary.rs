@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
-use dsm_core::{DepthKind, Filter, LightExtent, PixelWindow, ShadowCamera};
-use dsm_io::{
-    Attribute, Block, Codec, ErasedMap, Level, MapSummary, PixelContents, PixelValue, SummaryValue,
+use deepshadow::ShadowMap;
+use deepshadow::files::{
+    Attribute, Block, Codec, Level, MapSummary, PixelContents, PixelValue, SummaryValue,
     TileDirectory, TileEntry,
 };
+use deepshadow::visibility::{DepthKind, Filter, LightExtent, PixelWindow, ShadowCamera};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::Value;
 
@@ -85,14 +86,14 @@ impl Serialize for PixelSummary {
 
 impl<'a> Summary<'a> {
     /// Reads the directories of all levels, and what the map's kind sums up.
-    pub(crate) fn new(map: &'a dyn ErasedMap) -> dsm_io::Result<Self> {
+    pub(crate) fn new(map: &'a ShadowMap) -> deepshadow::Result<Self> {
         let (metadata, container) = (map.metadata(), map.container());
         let info = &metadata.info;
         let directory = container.directory(0)?;
         let levels = (0..)
             .zip(container.levels())
             .map(|(index, level)| Ok(LevelSummary::new(level, container.directory(index)?)))
-            .collect::<dsm_io::Result<_>>()?;
+            .collect::<deepshadow::files::Result<_>>()?;
         let stored = || directory.iter().map(|(_, tile)| tile).filter(|tile| !tile.is_empty());
         Ok(Self {
             kind: map.kind(),
@@ -126,7 +127,7 @@ impl<'a> Summary<'a> {
             levels,
             attributes: &metadata.attributes,
             contents: map.summary()?,
-            keys: map.keys()?,
+            keys: map.kind_metadata()?,
             pixel: None,
         })
     }

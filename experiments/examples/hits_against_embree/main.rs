@@ -16,9 +16,11 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use dsm_core::{BakeSettings, Baker, HitSource, PixelSampling, TileHits, TileSamples};
+use dsm_core::{
+    BakeSettings, Baker, HitSource, PixelSampling, Projection, TileHits, TileSamples, ViewRaster,
+};
 use dsm_io::{BakeOptions, bake};
-use dsm_scene::{Projection, Scene, SceneRasterizer, Shape, ViewRaster, open_scene};
+use dsm_scene::{Scene, SceneRasterizer, Shape, open_scene};
 
 const SIZE: u32 = 512;
 const TILE: u32 = 64;

@@ -1,8 +1,8 @@
 //! What is looked at, and from where.
 
 use anyhow::Result;
-use dsm_core::{PixelSampling, Receiver, Rgb};
-use dsm_scene::{Scene, SceneRasterizer, ViewRaster, builtin_scene};
+use dsm_core::{PixelSampling, Receiver, Rgb, ViewRaster};
+use dsm_scene::{Scene, SceneRasterizer, builtin_scene};
 use shadow_maps::plain::{Blocking, DepthMap, DepthMapSettings};
 
 /// How much is measured.

@@ -46,7 +46,7 @@ fn close_map(side: u32) -> Result<BakeSettings> {
 /// depths as it has pixels, one of 64 times as many, and a deep map of those.
 fn hair(resolution: [u32; 2]) -> Result<Vec<Image>> {
     let scene = builtin_scene("hairball")?;
-    let view = dsm_scene::View { target: DVec3::new(0.0, 0.9, 0.0), ..scene.camera.view };
+    let view = dsm_core::View { target: DVec3::new(0.0, 0.9, 0.0), ..scene.camera.view };
     let camera = Camera { view, fov: 31.0, resolution };
     let whole = Stage::new(scene, resolution)?.through(camera);
     let [mut pictures] = [whole.draw_filtered(
@@ -56,7 +56,7 @@ fn hair(resolution: [u32; 2]) -> Result<Vec<Image>> {
     )?];
 
     // A hand's width of the floor, where the shadows of single hairs end.
-    let view = dsm_scene::View { target: DVec3::new(-0.2, 0.0, 0.9), ..view };
+    let view = dsm_core::View { target: DVec3::new(-0.2, 0.0, 0.9), ..view };
     let near = whole.through(Camera { view, fov: 4.5, resolution });
     // One lookup a pixel, as the paper's noise is that of one.
     let settings = RenderSettings::new(1, 0)?;

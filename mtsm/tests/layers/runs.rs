@@ -6,8 +6,8 @@ use dsm_core::{
 use mtsm::{Layer, MultilayerBaker, MultilayerMap, MultilayerSettings};
 use proptest::prelude::*;
 
-use crate::config::config;
 use crate::oracle::{Pixel, Ray, media, sheets};
+use dsm_testkit::config;
 
 const TOLERANCES: [f32; 5] = [0.0, 0.005, 0.02, 0.1, 0.3];
 

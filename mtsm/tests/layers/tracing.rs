@@ -9,8 +9,8 @@ use mtsm::{LayeredInfo, LeafRule, MultilayerMap, MultilayerTracer, TraceSettings
 use proptest::prelude::*;
 use std::sync::Arc;
 
-use crate::config::config;
 use crate::views::{Sheets, sheets};
+use dsm_testkit::config;
 
 fn settings(rule: LeafRule, depth_threshold: f64, start: f64) -> TraceSettings {
     TraceSettings {

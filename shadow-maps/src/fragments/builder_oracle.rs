@@ -4,12 +4,12 @@
 use dsm_core::{
     Error, HitSource, Rgb, ShadowCamera, SurfaceHit, TileHits, TileSamples, Transmittance,
 };
+use dsm_testkit::config;
 use glam::{DMat4, DVec4, Vec3};
 use proptest::prelude::*;
 
 use super::builder::FragmentBuilder;
 use super::fragment::Fragment;
-use super::oracle::config;
 
 /// One surface in the way of a sample.
 #[derive(Clone, Copy, Debug)]

@@ -1,12 +1,13 @@
 //! Maps of coloured fragments: traced against the oracle, and built.
 
 use dsm_core::{AreaLight, LightVisibility, Rgb, Transmittance};
+use dsm_testkit::config;
 use glam::DVec3;
 use proptest::prelude::*;
 
 use super::fragment::Fragment;
 use super::map::FragmentMap;
-use super::oracle::{STARTS, config, fragment, frame, map, naive, point};
+use super::oracle::{STARTS, fragment, frame, map, naive, point};
 use super::tracer::{FragmentTracer, TraceScratch};
 
 /// Halves, so that one hit more or less of any channel shows; some channels are

@@ -120,7 +120,7 @@ impl FarTable {
         let per_side = self.side.recip();
         let place = apex.place.map(|at| at * per_side);
         // A slope of 0 has a border far away.
-        let least = f32x16::splat(simd, 1e-9);
+        let least = f32x16::splat(simd, packet.cone.least_slope() * per_side);
         let slope_x = away(f32x16::load_array_ref(simd, &packet.slope[0]) * per_side, least);
         let slope_y = away(f32x16::load_array_ref(simd, &packet.slope[1]) * per_side, least);
         let (inverse_x, inverse_y) = (one / slope_x, one / slope_y);
@@ -368,7 +368,7 @@ mod tests {
             let lights: Vec<_> = (0..16)
                 .map(|at| DVec3::new(0.3 * f64::from(at % 4) - 0.4, 0.2 * f64::from(at / 4), 0.0))
                 .collect();
-            let starts = Starts::Shares([0.0; 2]);
+            let starts = Starts::Distances([0.0; 2]);
             let from = 0.1 * shift.abs() as f32;
             let (packet, left) = dispatch!(Level::new(), simd => {
                 let packet = Packet::new(simd, &frame, &apex, &lights, starts, range);

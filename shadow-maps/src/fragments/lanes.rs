@@ -35,7 +35,7 @@ impl Lanes {
         let slack = packet.cone.slack();
         let inverse = [0, 1].map(|axis| {
             let slope = load(&packet.slope[axis]);
-            let least = f32x16::splat(simd, 1e-6);
+            let least = f32x16::splat(simd, packet.cone.least_slope());
             let small = slope.abs().simd_lt(least);
             (f32x16::splat(simd, 1.0) / small.select(least, slope)).to_array()
         });

@@ -2,11 +2,11 @@
 //! with.
 
 use dsm_core::{AreaLight, LightVisibility, ShadedPoint, ShadowCamera, Transmittance};
+use dsm_testkit::config;
 use dsm_trace::{LightFrame, TraceStatistics};
 use fearless_simd::Level;
 use glam::{DMat4, DVec3, DVec4};
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
 
 use super::columns::FragmentColumns;
 use super::fragment::Fragment;
@@ -85,16 +85,6 @@ pub(crate) fn naive<T: Transmittance>(
         }
     }
     Some(left)
-}
-
-pub(crate) fn config(seed: u64) -> ProptestConfig {
-    let long = std::env::var_os("DSM_LONG_TESTS").is_some_and(|value| value == "1");
-    ProptestConfig {
-        cases: if long { 20_000 } else { 256 },
-        rng_seed: RngSeed::Fixed(seed),
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    }
 }
 
 pub(crate) fn fragment() -> impl Strategy<Value = Fragment<f32>> {

@@ -15,32 +15,31 @@ pub(crate) struct Apex {
     point: DVec3,
 }
 
-/// How far from a receiver a ray starts: for planes, and for what faces the
-/// camera.
+/// How far along a ray from its receiver it starts: for planes, and for what faces
+/// the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Starts {
-    /// In lengths of the ray.
-    Shares([f64; 2]),
-    /// In scene units along it.
+    /// In sides of a pixel at the receiver's depth.
+    Sides([f64; 2]),
+    /// In scene units.
     Distances([f64; 2]),
 }
 
 impl Starts {
     /// In lengths of the rays from a point to others.
     #[inline(always)]
-    fn shares(self, from: DVec3, to: &[[f64; LANES]; 3]) -> [[f64; LANES]; 2] {
-        match self {
-            Self::Shares(shares) => shares.map(|share| [share; LANES]),
-            Self::Distances(distances) => {
-                let mut shares = distances.map(|distance| [distance; LANES]);
-                for lane in 0..LANES {
-                    let away = [0, 1, 2].map(|axis| to[axis][lane] - from[axis]);
-                    let length = away.map(|along| along * along).iter().sum::<f64>().sqrt();
-                    shares.iter_mut().for_each(|share| share[lane] /= length);
-                }
-                shares
-            }
+    fn shares(self, frame: &LightFrame, from: DVec3, to: &[[f64; LANES]; 3]) -> [[f64; LANES]; 2] {
+        let distances = match self {
+            Self::Sides(sides) => sides.map(|sides| sides * frame.footprint(from.z)),
+            Self::Distances(distances) => distances,
+        };
+        let mut shares = distances.map(|distance| [distance; LANES]);
+        for lane in 0..LANES {
+            let away = [0, 1, 2].map(|axis| to[axis][lane] - from[axis]);
+            let length = away.map(|along| along * along).iter().sum::<f64>().sqrt();
+            shares.iter_mut().for_each(|share| share[lane] /= length);
         }
+        shares
     }
 }
 
@@ -110,7 +109,7 @@ impl Packet {
         let place = linear * (from.truncate() / from.z) + offset;
         let w = from.z.recip();
         let most = f64::from(range[1]).next_up() - w;
-        let shares = starts.shares(from, &to);
+        let shares = starts.shares(frame, from, &to);
         let mut slope = [[0.0; LANES]; 2];
         let mut start = [[0.0; LANES]; 2];
         let mut end = [0.0; LANES];

@@ -84,6 +84,12 @@ impl Cone {
     pub(crate) fn slack(&self) -> f32 {
         2e-6 * (self.w.abs() + self.far.abs())
     }
+
+    /// Slopes below move no ray by more than a millionth of a pixel, whatever the unit
+    /// of depths.
+    pub(crate) fn least_slope(&self) -> f32 {
+        (1e-6 / (self.w.abs() + self.far.abs())).max(f32::MIN_POSITIVE)
+    }
 }
 
 /// 1 / slope of one side of a cone, and what to add to a bound of u that comes
@@ -107,11 +113,12 @@ impl<S: Simd> ConeTest<S> {
     #[inline(always)]
     pub(crate) fn new(simd: S, cone: &Cone) -> Self {
         let splat = |value| f32x16::splat(simd, value);
+        let least = cone.least_slope();
         let bound = |slope: f32, greatest: bool| {
             // Wider by more than all rounding, and never 0.
-            let widen = 1e-5 * slope.abs() + 1e-6;
+            let widen = 1e-5 * slope.abs() + least;
             let slope = if greatest { slope + widen } else { slope - widen };
-            let slope = if slope == 0.0 { 1e-6 } else { slope };
+            let slope = if slope == 0.0 { least } else { slope };
             let from_below = (slope > 0.0) == greatest;
             let infinity = f32::INFINITY;
             let (low, high) = if from_below { (0.0, infinity) } else { (-infinity, 0.0) };

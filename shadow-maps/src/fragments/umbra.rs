@@ -97,8 +97,7 @@ mod tests {
     use super::*;
 
     /// Whether 16 rays from behind one fragment, the second of a pixel, are told to
-    /// be blocked: from this place of the pixel, with starts in lengths of a ray,
-    /// and up to `end`.
+    /// be blocked: from this place of the pixel, with these starts, and up to `end`.
     fn blocked(fragment: Fragment<f32>, place: [f64; 2], starts: [f64; 2], end: f32) -> bool {
         let at = |at: i32, step: i32| 0.2 * f64::from(at / step % 4) - 0.3;
         let lights: Vec<_> = (0..16).map(|i| DVec3::new(at(i, 1), at(i, 4), 0.0)).collect();
@@ -126,7 +125,7 @@ mod tests {
         let (tree, fragments, value) = (&tree, &fragments, PhantomData::<f32>);
         let stage = Stage { fragments, value, tree, apex: &apex, least: 1e-3 };
         dispatch!(Level::new(), simd => {
-            let starts = Starts::Shares(starts);
+            let starts = Starts::Distances(starts);
             let packet = Packet::new(simd, &frame, &apex, lights, starts, [0.2, 0.9]);
             let all = Reach { starts: [0.0; 2], end };
             is_blocked(simd, &stage, [8, 8], &packet.cone, packet.reach.and(all))
@@ -138,7 +137,7 @@ mod tests {
         let coverage = Fragment::<f32>::WHOLE;
         let wall = Fragment { w: 0.25, gradient: Some([0.01, -0.01]), opacity: 1.0, coverage };
         let middle = [0.5, 0.5];
-        let early = [1e-4; 2];
+        let early = [5e-4; 2];
         assert!(blocked(wall, middle, early, 1.0));
         assert!(!blocked(wall, [0.02, 0.5], early, 1.0), "some pass beside it");
         assert!(!blocked(wall, [0.5, 0.99], early, 1.0), "some pass below it");
@@ -146,13 +145,13 @@ mod tests {
         assert!(!blocked(Fragment { opacity: 0.9, ..wall }, middle, early, 1.0));
         assert!(blocked(Fragment { opacity: 0.9995, ..wall }, middle, early, 1.0), "nearly");
         assert!(!blocked(wall, middle, early, 0.04), "it lies beyond the end");
-        assert!(!blocked(wall, middle, [0.5; 2], 1.0), "it lies before the start");
+        assert!(!blocked(wall, middle, [2.5; 2], 1.0), "it lies before the start");
         // A light behind the receiver is seen.
         let lights = [DVec3::ZERO, DVec3::new(0.0, 0.0, -6.0)];
         assert!(blocked_from(&lights[..1], wall, middle, early, 1.0));
         assert!(!blocked_from(&lights, wall, middle, early, 1.0));
         // What faces the camera counts later than planes.
-        let late = [1e-4, 0.5];
+        let late = [5e-4, 2.5];
         let facing = Fragment { gradient: None, ..wall };
         assert!(blocked(wall, middle, late, 1.0) && !blocked(facing, middle, late, 1.0));
         assert!(blocked(facing, middle, early, 1.0));

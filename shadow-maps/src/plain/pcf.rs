@@ -159,21 +159,11 @@ impl LightVisibility for PercentageCloserFilter {
 mod tests {
     use super::*;
     use dsm_core::ShadowCamera;
+    use dsm_testkit::config;
     use glam::{DMat4, DVec3, DVec4};
     use proptest::collection::vec;
     use proptest::prelude::*;
     use proptest::sample::select;
-    use proptest::test_runner::RngSeed;
-
-    fn config(seed: u64) -> ProptestConfig {
-        let long = std::env::var_os("DSM_LONG_TESTS").is_some_and(|value| value == "1");
-        ProptestConfig {
-            cases: if long { 20_000 } else { 256 },
-            rng_seed: RngSeed::Fixed(seed),
-            failure_persistence: None,
-            ..ProptestConfig::default()
-        }
-    }
 
     /// A map of 6 × 5 pixels with few depths, so that receivers meet them.
     fn maps() -> impl Strategy<Value = DepthMap> {

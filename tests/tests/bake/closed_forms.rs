@@ -1,7 +1,7 @@
 //! Scenes whose answers have a formula.
 
-use dsm_core::{BakeSettings, PixelSampling, Rgb, Tolerance, VisibilityField};
-use dsm_scene::{Light, LightOutline, Object, Projection, Scene, Shape, View, Volume};
+use dsm_core::{BakeSettings, PixelSampling, Projection, Rgb, Tolerance, View, VisibilityField};
+use dsm_scene::{Light, LightOutline, Object, Scene, Shape, Volume};
 use glam::{DVec3, UVec3};
 
 use crate::support::{Stage, scene_file};

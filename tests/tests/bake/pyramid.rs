@@ -2,10 +2,11 @@
 
 use dsm_core::{BakeSettings, Rgb, Transmittance, VisibilityField};
 use dsm_io::{BakeOptions, MapReader, PyramidOptions};
+use dsm_testkit::Random;
 
 use crate::naive::{Plain, check_levels, stored};
 use crate::rays::{PixelHits, PixelRays, channels};
-use crate::support::{Random, Stage, open};
+use crate::support::{Stage, open};
 
 const SIZE: [u32; 2] = [37, 22];
 
@@ -80,7 +81,7 @@ fn levels_of_media_keep_their_tolerances() {
     let settings = BakeSettings { tile_size: 8, ..stage.settings(SIZE) };
     let reader = bake::<f32>(&stage, &settings);
     let exact = pixels::<f32>(&stage, &settings);
-    let mut random = Random(5);
+    let mut random = Random::new(5);
     for (index, level) in (0..).zip(reader.levels()) {
         let map = reader.read_map::<f32>(index).unwrap();
         let mut worst = 0.0_f64;
@@ -95,9 +96,10 @@ fn levels_of_media_keep_their_tolerances() {
                 // Close to a vertex, or anywhere.
                 let z = match query % 2 {
                     0 => {
-                        depths[random.below(depths.len())] * (0.999 + 0.002 * random.next() as f32)
+                        depths[random.below(depths.len() as u64) as usize]
+                            * (0.999 + 0.002 * random.unit() as f32)
                     }
-                    _ => first + (last - first) * random.next() as f32,
+                    _ => first + (last - first) * random.unit() as f32,
                 };
                 let sum: f64 = parts.iter().map(|part| part.at(z)[0]).sum();
                 let [value, ..] = channels(map.evaluate([x, y], z).unwrap());

@@ -1,7 +1,7 @@
 //! The light through a pixel as the reference has it: a plain mean over rays.
 
-use dsm_core::{Filter, PixelSampling, RayHits, TileSamples, Transmittance};
-use dsm_scene::{Ray, TracedScene, ViewRaster};
+use dsm_core::{Filter, PixelSampling, Ray, RayHits, TileSamples, Transmittance, ViewRaster};
+use dsm_scene::TracedScene;
 
 /// What is left in each channel; a mono value fills all three.
 pub(crate) type Channels = [f64; 3];

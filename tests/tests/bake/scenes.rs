@@ -13,10 +13,11 @@ use dsm_core::{
     VisibilityField,
 };
 use dsm_scene::Shape;
+use dsm_testkit::{Random, is_long};
 use rayon::prelude::*;
 
 use crate::rays::{PixelRays, channels};
-use crate::support::{Random, Stage, is_long, real_file, scene_file};
+use crate::support::{Stage, real_file, scene_file};
 
 /// The reference's rays through a pixel's filter, at least.
 const REFERENCE_RAYS: u32 = 1024;
@@ -69,7 +70,7 @@ fn compare_pixel<T: Transmittance>(
     assert!(reference.noise() * f64::from(REFERENCE_RAYS) < 1.0);
     let hits = reference.hits::<T>(&stage.traced);
     let met = hits.depths();
-    let mut random = Random(u64::from(pixel[0]) << 32 | u64::from(pixel[1]));
+    let mut random = Random::new(u64::from(pixel[0]) << 32 | u64::from(pixel[1]));
     let (&first, &last) = (met.first()?, met.last()?);
     // What the map's own rays meet.
     let own_hits = own.hits::<T>(&stage.traced);
@@ -84,11 +85,15 @@ fn compare_pixel<T: Transmittance>(
     let mut findings = Findings::default();
     let mut bias = 0.0;
     for query in 0..depths {
-        let spread = random.next() * 1.02 - 0.01;
+        let spread = random.unit() * 1.02 - 0.01;
         let z = match query % 3 {
             0 => first + (last - first) * spread as f32,
-            2 if !has_media && !exact.is_empty() => exact[random.below(exact.len())],
-            _ => met[random.below(met.len())] * (1.0 + 1e-3 * (spread as f32 - 0.5)),
+            2 if !has_media && !exact.is_empty() => {
+                exact[random.below(exact.len() as u64) as usize]
+            }
+            _ => {
+                met[random.below(met.len() as u64) as usize] * (1.0 + 1e-3 * (spread as f32 - 0.5))
+            }
         };
         // A depth stands for all t that are rounded to it. Surfaces there are
         // met; in a medium there is some light more and some less.
@@ -125,8 +130,8 @@ fn check<T: Transmittance>(name: &str, stage: &Stage, filter: Filter) {
         let exact = BakeSettings { tolerance: Some(Tolerance::EXACT), ..settings.clone() };
         let maps = [stage.rasterized::<T>(&settings), stage.bake::<T>(&exact)];
 
-        let mut random = Random(u64::from(samples));
-        let side = effort.side as usize;
+        let mut random = Random::new(u64::from(samples));
+        let side = u64::from(effort.side);
         let mut findings = Findings::default();
         let mut tried = 0;
         // Pixels that meet nothing are compared too, but not counted.

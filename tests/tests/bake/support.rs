@@ -4,16 +4,9 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use dsm_core::{BakeSettings, Baker, DeepMap, HitSource, Transmittance};
+use dsm_core::{BakeSettings, Baker, DeepMap, HitSource, Transmittance, ViewRaster};
 use dsm_io::{BakeOptions, BakeReport, Limits, MapReader};
-use dsm_scene::{
-    Error, Scene, SceneHitSource, SceneRasterizer, TracedScene, ViewRaster, open_scene,
-};
-
-/// Whether `DSM_LONG_TESTS` asks for all queries.
-pub(crate) fn is_long() -> bool {
-    std::env::var_os("DSM_LONG_TESTS").is_some_and(|value| value == "1")
-}
+use dsm_scene::{Error, Scene, SceneHitSource, SceneRasterizer, TracedScene, open_scene};
 
 /// A real file, or `None` with a note where there are none.
 pub(crate) fn real_file(name: &str) -> Option<PathBuf> {
@@ -101,20 +94,4 @@ pub(crate) fn open(path: &Path) -> MapReader {
     let reader = MapReader::open(path, &Limits::default()).unwrap();
     assert!(reader.verify().is_empty(), "{:?}", reader.verify());
     reader
-}
-
-/// Numbers in [0, 1), the same in every run.
-pub(crate) struct Random(pub(crate) u64);
-
-impl Random {
-    pub(crate) fn next(&mut self) -> f64 {
-        // A linear congruential generator by Knuth; its high bits are good.
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    pub(crate) fn below(&mut self, end: usize) -> usize {
-        (self.next() * end as f64) as usize
-    }
 }

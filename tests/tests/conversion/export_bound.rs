@@ -10,25 +10,15 @@ use dsm_io::deep_exr::{self, Compression, DeepExrReader, DeepRows, Layout, Sampl
 use dsm_io::{
     AchievedError, ExportOptions, ExportReport, Metadata, WriteOptions, export_deep_exr, write_map,
 };
+use dsm_testkit::config;
 use proptest::collection::vec;
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
 
 use super::accuracy::transmittance;
 use super::open;
 
 /// The largest difference that rounding opacities to 16 bits may make.
 const HALF: f64 = 1.0 / 2048.0;
-
-fn config() -> ProptestConfig {
-    let long = std::env::var_os("DSM_LONG_TESTS").is_some();
-    ProptestConfig {
-        cases: if long { 20_000 } else { 256 },
-        rng_seed: RngSeed::Fixed(0xe71_0e8a),
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    }
-}
 
 /// Fractions of what is left: none, all, nearly all, a bit, any.
 fn fall() -> impl Strategy<Value = f32> {
@@ -213,7 +203,7 @@ fn check<T: Transmittance>(pixels: &PixelLists<T>, options: &ExportOptions) {
 }
 
 proptest! {
-    #![proptest_config(config())]
+    #![proptest_config(config(0xe71_0e8a))]
 
     #[test]
     fn mono_maps(pixels in pixels::<f32>(), options in options()) {

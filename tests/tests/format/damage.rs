@@ -80,7 +80,7 @@ fn large(block: Block) -> Vec<u8> {
 /// Random bytes; every byte of small files is above.
 #[test]
 fn a_changed_byte_of_a_large_map_is_found() {
-    let long = std::env::var_os("DSM_LONG_TESTS").is_some();
+    let long = dsm_testkit::is_long();
     let flips: u64 = if long { 10_000 } else { 1000 };
     for block in [Block::Plain, Block::Zstd] {
         let file = large(block);

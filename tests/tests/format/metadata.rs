@@ -2,11 +2,10 @@
 
 use dsm_core::{Filter, FilterShape, MapInfo, PixelWindow, ShadowCamera, Tolerance};
 use dsm_io::{Attribute, Error, Metadata};
+use dsm_testkit::config;
 use glam::DMat4;
 use proptest::collection::{btree_map, vec};
 use proptest::prelude::*;
-
-use crate::pixels::config;
 
 fn matrix() -> impl Strategy<Value = Option<DMat4>> {
     let numbers = any::<u64>().prop_map(f64::from_bits);
@@ -77,7 +76,7 @@ fn matrix_bits(info: &MapInfo) -> Vec<[u64; 16]> {
 }
 
 proptest! {
-    #![proptest_config(config())]
+    #![proptest_config(config(0x0d5_f11e))]
 
     #[test]
     fn everything_comes_back(

@@ -3,18 +3,6 @@
 use dsm_core::{PixelLists, PixelListsBuilder, Transmittance, Vertex};
 use proptest::collection::{btree_set, vec};
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
-
-/// Fixed seed; `DSM_LONG_TESTS=1` asks for many more cases.
-pub(crate) fn config() -> ProptestConfig {
-    let long = std::env::var_os("DSM_LONG_TESTS").is_some();
-    ProptestConfig {
-        cases: if long { 20_000 } else { 256 },
-        rng_seed: RngSeed::Fixed(0x0d5_f11e),
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    }
-}
 
 /// Bit patterns of the values of one channel: non-increasing, first 1.
 fn falling(count: usize) -> impl Strategy<Value = Vec<f32>> {

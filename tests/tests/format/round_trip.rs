@@ -4,9 +4,10 @@ use dsm_core::{DeepMap, MapInfo, PixelLists, PixelListsView, Rgb, Transmittance}
 use dsm_io::{
     AchievedError, AnyDeepMap, Block, Limits, MapReader, Metadata, TileId, WriteOptions, write_map,
 };
+use dsm_testkit::config;
 use proptest::prelude::*;
 
-use crate::pixels::{config, pixel_lists_of};
+use crate::pixels::pixel_lists_of;
 
 /// Up to 9 × 9 pixels, many of them empty.
 fn pixel_lists<T: Transmittance>() -> impl Strategy<Value = PixelLists<T>> {
@@ -63,7 +64,7 @@ fn options() -> impl Strategy<Value = WriteOptions> {
 }
 
 proptest! {
-    #![proptest_config(config())]
+    #![proptest_config(config(0x0d5_f11e))]
 
     #[test]
     fn mono_maps(pixels in pixel_lists::<f32>(), options in options()) {

@@ -2,9 +2,9 @@
 
 use dsm_core::{PixelListsBuilder, Rgb, Transmittance, Vertex};
 use dsm_io::{Block, PyramidOptions};
+use dsm_testkit::config;
 use proptest::prelude::*;
 use proptest::sample::select;
-use proptest::test_runner::RngSeed;
 
 use crate::maps::{Content, Shape, pixels, with_pyramid};
 use crate::naive::{check_levels, stored};
@@ -103,16 +103,6 @@ fn large_tolerances_are_spent_and_kept() {
     }
 }
 
-fn config() -> ProptestConfig {
-    let long = std::env::var_os("DSM_LONG_TESTS").is_some_and(|value| value == "1");
-    ProptestConfig {
-        cases: if long { 20_000 } else { 256 },
-        rng_seed: RngSeed::Fixed(0x0a11_1e5e),
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    }
-}
-
 fn shape() -> impl Strategy<Value = Shape> {
     let size = (1_u32..=20, 1_u32..=20);
     let tile = select(vec![1, 2, 3, 4, 5, 6, 8, 12, 16, 64]);
@@ -134,7 +124,7 @@ fn content() -> impl Strategy<Value = Content> {
 }
 
 proptest! {
-    #![proptest_config(config())]
+    #![proptest_config(config(0x0a11_1e5e))]
 
     #[test]
     fn any_map_keeps_what_its_levels_state(

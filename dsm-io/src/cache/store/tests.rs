@@ -3,8 +3,8 @@ use std::sync::Barrier;
 use std::sync::atomic::AtomicUsize;
 use std::thread;
 
+use dsm_testkit::config;
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
 
 use super::*;
 use crate::TileId;
@@ -82,18 +82,8 @@ fn operation() -> impl Strategy<Value = Operation> {
     ]
 }
 
-fn config() -> ProptestConfig {
-    let long = std::env::var_os("DSM_LONG_TESTS").is_some();
-    ProptestConfig {
-        cases: if long { 20_000 } else { 256 },
-        rng_seed: RngSeed::Fixed(0x0d5_cac4e),
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    }
-}
-
 proptest! {
-    #![proptest_config(config())]
+    #![proptest_config(config(0x0d5_cac4e))]
 
     #[test]
     fn keeps_what_one_naive_list_keeps(

@@ -1,9 +1,18 @@
-//! A ray through a scene.
+//! Rays.
 
 use glam::DVec3;
 
-/// The points `origin` + t · `direction` for t in [near, far), at a time of
+/// A ray: the points `origin` + t · `direction` for t in [near, far), at a time of
 /// the shutter. Whether t is a distance or a depth is the direction's length.
+///
+/// ```
+/// use dsm_core::Ray;
+/// use glam::DVec3;
+///
+/// let ray = Ray::between(DVec3::ZERO, DVec3::new(0.0, 0.0, 4.0)).at_time(0.5);
+/// assert_eq!(ray.at(0.25), DVec3::Z);
+/// assert_eq!(ray.range(), [0.0, 1.0]);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     origin: DVec3,
@@ -27,13 +36,13 @@ impl Ray {
         Self::new(from, to - from).within(0.0, 1.0)
     }
 
-    /// The same ray for t in [`near`, `far`) only; `near` below 0 counts as 0.
+    /// Keeps the ray's points for t in [`near`, `far`) only; `near` below 0 counts as 0.
     #[must_use]
     pub const fn within(self, near: f64, far: f64) -> Self {
         Self { near: near.max(0.0), far, ..self }
     }
 
-    /// The same ray at `time`, from 0 where the shutter opens to 1.
+    /// Sets the `time` of the ray, from 0 where the shutter opens to 1.
     #[must_use]
     pub const fn at_time(self, time: f64) -> Self {
         Self { time, ..self }
@@ -70,7 +79,8 @@ impl Ray {
     }
 
     /// Whether the ray can meet anything.
-    pub(crate) fn is_sound(&self) -> bool {
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
         self.origin.is_finite()
             && self.direction.is_finite()
             && self.direction != DVec3::ZERO

@@ -1,0 +1,104 @@
+//! One bake.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use dsm_core::{BakeProgress, LightExtent, Rgb, Tolerance, Transmittance, ViewRaster};
+use dsm_io::Metadata;
+use dsm_scene::Light;
+
+use super::occluders::{AnyHitSource, Occluders};
+use super::report::BakeReport;
+use super::settings::{Bake, Channels};
+use crate::error::{Error, Result};
+
+/// Bakes what `light` sees of `occluders` into a file that replaces `output`, if
+/// there is one. `watch` is told before every tile how far the bake has come, from
+/// any thread, and may break it off.
+///
+/// Of an area light the kinds that are traced are baked from behind it. The same
+/// arguments give the same bytes, whatever the number of threads. On an error
+/// `output` is what it was before.
+///
+/// # Errors
+///
+/// [`Error::Unsupported`] for settings that the kind does not have,
+/// [`Error::Occluders`] with what a source says, [`Error::Interrupted`] if `watch`
+/// broke it off; else what keeps the map from being made or written.
+pub fn bake(
+    occluders: &dyn Occluders,
+    light: &Light,
+    settings: &Bake,
+    output: &Path,
+    watch: impl Fn(BakeProgress) -> ControlFlow<()> + Sync,
+) -> Result<BakeReport> {
+    settings.check()?;
+    let coloured = match settings.channels {
+        Channels::Auto => occluders.is_coloured(),
+        Channels::Mono => false,
+        Channels::Rgb => true,
+    };
+    let extent = light.area()?.extent();
+    let job = Job { occluders, light, extent, settings, coloured, watch: &watch };
+    settings.kind.bake(&job, output).map_err(|error| match error {
+        Error::File(dsm_io::Error::Interrupted) => Error::Interrupted,
+        Error::File(dsm_io::Error::HitSource(error)) => Error::Occluders(error),
+        error => error,
+    })
+}
+
+/// What a kind of map bakes.
+pub(crate) struct Job<'a> {
+    occluders: &'a dyn Occluders,
+    pub(crate) light: &'a Light,
+    pub(crate) extent: LightExtent,
+    pub(crate) settings: &'a Bake,
+    coloured: bool,
+    watch: &'a (dyn Fn(BakeProgress) -> ControlFlow<()> + Sync),
+}
+
+/// Hits through a view.
+pub(crate) enum Seen<'a> {
+    Mono(AnyHitSource<'a, f32>),
+    Rgb(AnyHitSource<'a, Rgb>),
+}
+
+impl Job<'_> {
+    /// What is seen of the occluders, with as many channels as the map has.
+    pub(crate) fn look(&self, view: &ViewRaster) -> Result<Seen<'_>> {
+        if self.coloured {
+            self.occluders.rgb(view).map(Seen::Rgb)
+        } else {
+            self.occluders.mono(view).map(Seen::Mono)
+        }
+    }
+
+    /// Tells the caller how far the bake has come.
+    pub(crate) fn watch(&self, progress: BakeProgress) -> ControlFlow<()> {
+        (self.watch)(progress)
+    }
+
+    /// Adds to the header what the caller wants it to say.
+    pub(crate) fn describe(&self, metadata: &mut Metadata) {
+        metadata.software.clone_from(&self.settings.software);
+        metadata.info.light = Some(self.extent);
+        let attributes = self.settings.attributes.iter();
+        metadata.attributes.extend(attributes.map(|(name, value)| (name.clone(), value.clone())));
+    }
+
+    /// The report of a bake of `per_pixel` samples a pixel.
+    pub(crate) fn report<T: Transmittance>(
+        &self,
+        per_pixel: u32,
+        tolerance: Tolerance,
+        baked: dsm_io::BakeReport,
+    ) -> BakeReport {
+        let dsm_io::BakeReport { hits, cut_pixels, bytes, .. } = baked;
+        let [width, height] = self.settings.resolution;
+        let [left, top, right, bottom] = self.settings.crop.unwrap_or([0, 0, width, height]);
+        let pixels = u64::from(right - left) * u64::from(bottom - top);
+        let samples = pixels * u64::from(per_pixel);
+        let (tolerance, channels) = (tolerance.epsilon(), T::CHANNELS);
+        BakeReport { samples, hits, cut_pixels, tolerance, channels, bytes }
+    }
+}

@@ -1,0 +1,12 @@
+//! From what a light sees to a map's file.
+
+mod job;
+mod occluders;
+mod report;
+mod settings;
+
+pub use job::bake;
+pub(crate) use job::{Job, Seen};
+pub use occluders::{AnyHitSource, Occluders, SourceError, ThroughView};
+pub use report::BakeReport;
+pub use settings::{Bake, Channels};

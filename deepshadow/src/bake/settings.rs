@@ -1,0 +1,172 @@
+//! Settings of a bake.
+
+use std::collections::BTreeMap;
+
+use dsm_core::{Filter, FilterShape, Tolerance};
+use dsm_io::{Attribute, Block, Codec, PyramidOptions};
+
+use crate::error::Result;
+use crate::kinds::Kind;
+
+/// Whether a map keeps colours.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Channels {
+    /// Three channels if any opacity has a colour, else one.
+    #[default]
+    Auto,
+    /// One channel.
+    Mono,
+    /// Three channels.
+    Rgb,
+}
+
+/// A bake: the kind of map, its size, and how it is sampled and stored.
+///
+/// What is `None` is what is usual for the kind. [`Self::check`] tells what a kind
+/// does not have.
+///
+/// ```
+/// use deepshadow::{Bake, Kind};
+///
+/// let settings = Bake::new([1024, 1024])?.with_kind(Kind::named("fragments").unwrap());
+/// assert_eq!(settings.kind.name(), "fragments");
+/// assert!(settings.clone().with_resets(2).check().is_err(), "runs of layers have resets");
+/// # Ok::<(), deepshadow::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Bake {
+    /// The kind of map. Default: deep.
+    pub kind: Kind,
+    /// Width and height in pixels.
+    pub resolution: [u32; 2],
+    /// Samples a pixel. None: 16 of deep maps, the ray through the pixel's centre
+    /// at mid-shutter of layered ones.
+    pub samples: Option<u32>,
+    /// The pixel filter. Default: a box of one pixel.
+    pub filter: Filter,
+    /// The bound of the error of every visibility function. None: 0.25/√N of N
+    /// samples under the filter, of kind `mtsm` 0.02.
+    pub tolerance: Option<Tolerance>,
+    /// The most layers of a pixel: the nearest are kept.
+    pub max_layers: Option<u32>,
+    /// How often the visibility of a pixel is reset, of kind `mtsm`.
+    pub resets: Option<u32>,
+    /// Places along a side of a pixel that are covered or not, of kind
+    /// `fragments`: 1, 2, 4 or 8.
+    pub coverage: Option<u32>,
+    /// Whether the map keeps colours.
+    pub channels: Channels,
+    /// The encoding of tiles.
+    pub codec: Codec,
+    /// The packing of tiles.
+    pub block: Block,
+    /// Width and height of a tile in pixels.
+    pub tile_size: u32,
+    /// Mip levels that are baked as well.
+    pub pyramid: Option<PyramidOptions>,
+    /// The part to bake: x₀, y₀, x₁, y₁, half-open, on borders of tiles.
+    pub crop: Option<[u32; 4]>,
+    /// Decides with the pixel where samples lie.
+    pub seed: u64,
+    /// The name of the program, for the header.
+    pub software: String,
+    /// Other things that the header shall say.
+    pub attributes: BTreeMap<String, Attribute>,
+}
+
+impl Bake {
+    /// A deep map of this width and height in pixels.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Core`](crate::Error::Core) for a size of 0 or beyond 2²⁴.
+    pub fn new(resolution: [u32; 2]) -> Result<Self> {
+        dsm_core::BakeSettings::new(resolution)?;
+        Ok(Self {
+            kind: Kind::DEEP,
+            resolution,
+            samples: None,
+            filter: Filter::new(FilterShape::Box, 1.0)?,
+            tolerance: None,
+            max_layers: None,
+            resets: None,
+            coverage: None,
+            channels: Channels::Auto,
+            codec: Codec::Exact,
+            block: Block::Zstd,
+            tile_size: 64,
+            pyramid: None,
+            crop: None,
+            seed: 0,
+            software: concat!("deepshadow ", env!("CARGO_PKG_VERSION")).to_owned(),
+            attributes: BTreeMap::new(),
+        })
+    }
+
+    /// Sets the kind of map.
+    #[must_use]
+    pub fn with_kind(self, kind: Kind) -> Self {
+        Self { kind, ..self }
+    }
+
+    /// Sets the seed.
+    #[must_use]
+    pub fn with_seed(self, seed: u64) -> Self {
+        Self { seed, ..self }
+    }
+
+    /// Sets the samples a pixel.
+    #[must_use]
+    pub fn with_samples(self, samples: u32) -> Self {
+        Self { samples: Some(samples), ..self }
+    }
+
+    /// Sets the bound of the error.
+    #[must_use]
+    pub fn with_tolerance(self, tolerance: Tolerance) -> Self {
+        Self { tolerance: Some(tolerance), ..self }
+    }
+
+    /// Sets the most layers of a pixel.
+    #[must_use]
+    pub fn with_max_layers(self, layers: u32) -> Self {
+        Self { max_layers: Some(layers), ..self }
+    }
+
+    /// Sets how often visibility is reset.
+    #[must_use]
+    pub fn with_resets(self, resets: u32) -> Self {
+        Self { resets: Some(resets), ..self }
+    }
+
+    /// Sets the places along a side of a pixel.
+    #[must_use]
+    pub fn with_coverage(self, coverage: u32) -> Self {
+        Self { coverage: Some(coverage), ..self }
+    }
+
+    /// Sets the mip levels.
+    #[must_use]
+    pub fn with_pyramid(self, pyramid: PyramidOptions) -> Self {
+        Self { pyramid: Some(pyramid), ..self }
+    }
+
+    /// Sets something else that the header shall say.
+    #[must_use]
+    pub fn with_attribute(mut self, name: &str, attribute: Attribute) -> Self {
+        self.attributes.insert(name.to_owned(), attribute);
+        self
+    }
+
+    /// Whether the kind has everything that was asked for.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unsupported`](crate::Error::Unsupported) with what the kind does
+    /// not have.
+    pub fn check(&self) -> Result<()> {
+        self.kind.check(self)
+    }
+}

@@ -1,0 +1,106 @@
+//! Deep shadow maps (Lokovic & Veach 2000).
+
+use std::path::Path;
+
+use dsm_core::{BakeSettings, Baker, PixelSampling, Quantization, Transmittance, ViewRaster};
+use dsm_io::{BakeOptions, Codec, Container, ErasedMap};
+
+use super::kind::{ShadowKind, refuse};
+use crate::bake::{AnyHitSource, Bake, BakeReport, Job, Seen};
+use crate::error::{Error, Result};
+use crate::map::{CachedFile, OpenMap, OpenOptions};
+use crate::query::{FilterMethod, Method, Query};
+use crate::shadow::{Shadow, filtered_shadow};
+
+/// Visibility functions, compressed within a bound.
+pub(super) struct Deep;
+
+impl ShadowKind for Deep {
+    fn name(&self) -> &'static str {
+        "deep"
+    }
+
+    fn about(&self) -> &'static str {
+        "Deep shadow maps: a visibility function a pixel"
+    }
+
+    fn check(&self, settings: &Bake) -> Result<()> {
+        if settings.max_layers.is_some() {
+            return refuse("--layers", "fragments, layers or mtsm");
+        }
+        if settings.resets.is_some() {
+            return refuse("--resets", "mtsm");
+        }
+        if settings.coverage.is_some() {
+            return refuse("--coverage", "fragments");
+        }
+        PixelSampling::new(settings.samples.unwrap_or(SAMPLES), settings.seed)?;
+        Ok(())
+    }
+
+    fn open(&self, container: Container, options: &OpenOptions) -> Result<Box<dyn OpenMap>> {
+        Ok(Box::new(CachedFile::<dsm_io::Deep>::open(container, options)?))
+    }
+
+    fn bake(&self, job: &Job<'_>, output: &Path) -> Result<BakeReport> {
+        let view = job.light.raster(job.settings.resolution)?;
+        match job.look(&view)? {
+            Seen::Mono(source) => bake(job, &view, source, output),
+            Seen::Rgb(source) => bake(job, &view, source, output),
+        }
+    }
+}
+
+impl OpenMap for CachedFile<dsm_io::Deep> {
+    fn file(&self) -> &dyn ErasedMap {
+        self.reader()
+    }
+
+    fn default_method(&self) -> Method {
+        FilterMethod::POINT.into()
+    }
+
+    fn shadow(&self, query: &Query) -> Result<Shadow> {
+        let Method::Filter(method) = query.method.unwrap_or(self.default_method()) else {
+            let reason = "a deep map has no layers to trace or to filter over a light's outline: \
+                          --method filter reads it";
+            return Err(Error::query(self.reader(), reason));
+        };
+        match self {
+            Self::Mono(map) => filtered_shadow(map, method, query),
+            Self::Rgb(map) => filtered_shadow(map, method, query),
+        }
+    }
+}
+
+/// Samples a pixel unless another number is asked for.
+const SAMPLES: u32 = 16;
+
+fn bake<T: Transmittance>(
+    job: &Job<'_>,
+    view: &ViewRaster,
+    source: AnyHitSource<'_, T>,
+    output: &Path,
+) -> Result<BakeReport> {
+    let asked = job.settings;
+    let samples = asked.samples.unwrap_or(SAMPLES);
+    let mut settings = BakeSettings::new(asked.resolution)?;
+    settings.tile_size = asked.tile_size;
+    settings.crop = asked.crop;
+    settings.sampling = PixelSampling::new(samples, asked.seed)?;
+    settings.filter = asked.filter;
+    settings.tolerance = asked.tolerance;
+    settings.camera = Some(view.shadow_camera());
+    if asked.codec == Codec::Quantized {
+        settings.quantization = Some(Quantization::default());
+    }
+    let options = BakeOptions::default()
+        .with_codec(asked.codec)
+        .with_block(asked.block)
+        .with_pyramid(asked.pyramid);
+    let tolerance = settings.tolerance();
+    let baker = Baker::<T, _>::new(source, settings)?;
+    let describe = |metadata: &mut _| job.describe(metadata);
+    let baked = dsm_io::bake(&baker, output, &options, describe, |at| job.watch(at))?;
+    Ok(job.report::<T>(samples, tolerance, baked))
+}

@@ -1,0 +1,122 @@
+//! Maps of fragments: planes with coverage masks.
+
+use std::path::Path;
+
+use dsm_core::{Tolerance, Transmittance, ViewRaster};
+use dsm_io::{CachedMap, Container, ErasedMap};
+use shadow_maps::fragments::{self, FragmentBuilder, FragmentMap, FragmentTracer, bake_fragments};
+
+use super::kind::ShadowKind;
+use super::layered;
+use super::layers::check_surfaces;
+use crate::bake::{AnyHitSource, Bake, BakeReport, Job, Seen};
+use crate::error::{Error, Result};
+use crate::map::{CachedFile, OpenMap, OpenOptions};
+use crate::query::{FarTable, Method, Query, TraceMethod};
+use crate::shadow::{AreaShadow, Shadow};
+
+/// Places along a side of a pixel unless another number is asked for.
+const COVERAGE: u32 = 8;
+
+/// Planes with coverage masks.
+pub(super) struct Fragments;
+
+impl ShadowKind for Fragments {
+    fn name(&self) -> &'static str {
+        "fragments"
+    }
+
+    fn about(&self) -> &'static str {
+        "Maps of fragments: planes with coverage masks"
+    }
+
+    fn check(&self, settings: &Bake) -> Result<()> {
+        if settings.coverage.is_some_and(|side| ![1, 2, 4, 8].contains(&side)) {
+            let reason = "a side of a pixel has 1, 2, 4 or 8 places that are covered or not";
+            return Err(Error::Unsupported(reason.to_owned()));
+        }
+        check_surfaces(settings)
+    }
+
+    fn open(&self, container: Container, options: &OpenOptions) -> Result<Box<dyn OpenMap>> {
+        Ok(Box::new(CachedFile::<fragments::Fragments>::open(container, options)?))
+    }
+
+    fn bake(&self, job: &Job<'_>, output: &Path) -> Result<BakeReport> {
+        let (view, light_depth) = layered::view(job)?;
+        match job.look(&view)? {
+            Seen::Mono(source) => bake(job, &view, light_depth, source, output),
+            Seen::Rgb(source) => bake(job, &view, light_depth, source, output),
+        }
+    }
+}
+
+fn bake<T: Transmittance>(
+    job: &Job<'_>,
+    view: &ViewRaster,
+    light_depth: f32,
+    source: AnyHitSource<'_, T>,
+    output: &Path,
+) -> Result<BakeReport> {
+    let asked = job.settings;
+    let coverage = asked.coverage.unwrap_or(COVERAGE);
+    let mut builder =
+        FragmentBuilder::new(view.shadow_camera(), asked.resolution, light_depth.into())?
+            .with_coverage(coverage)?;
+    if let Some(layers) = asked.max_layers {
+        builder = builder.with_layers(layers)?;
+    }
+    let describe = |metadata: &mut _| job.describe(metadata);
+    let tiles = (asked.tile_size, asked.block);
+    let baked = bake_fragments::<T, _>(&builder, &source, output, tiles, describe)?;
+    Ok(job.report::<T>(coverage * coverage, Tolerance::EXACT, baked))
+}
+
+impl OpenMap for CachedFile<fragments::Fragments> {
+    fn file(&self) -> &dyn ErasedMap {
+        self.reader()
+    }
+
+    fn default_method(&self) -> Method {
+        TraceMethod::default().into()
+    }
+
+    fn shadow(&self, query: &Query) -> Result<Shadow> {
+        let refuse = |reason| Err(Error::query(self.reader(), reason));
+        let Method::Trace(method) = query.method.unwrap_or(self.default_method()) else {
+            return refuse("fragments are traced: a map of kind layers or mtsm can be filtered");
+        };
+        if method.has_layer_rules() {
+            return refuse(
+                "fragments have planes; --rule and --z-threshold are for maps of kind layers and \
+                 mtsm",
+            );
+        }
+        match self {
+            Self::Mono(map) => shadow(map, method, query),
+            Self::Rgb(map) => shadow(map, method, query),
+        }
+    }
+}
+
+fn shadow<T: Transmittance>(
+    map: &CachedMap<T, fragments::Fragments>,
+    method: TraceMethod,
+    query: &Query,
+) -> Result<Shadow> {
+    let fragments = FragmentMap::<T>::read(map.reader())?;
+    let light = layered::light(query, map.reader(), fragments.frame())?;
+    let tracer = FragmentTracer::new(fragments)?;
+    // Before the rest is set, so that map and light alone decide.
+    let tracer = match method.far_table {
+        FarTable::Auto => tracer.for_light(&light),
+        FarTable::On => tracer.with_far_table(FragmentTracer::<T>::NEAR_CELLS),
+        FarTable::Off => tracer,
+    };
+    let tracer = tracer.with_rays(method.rays);
+    let tracer = match method.start {
+        Some(start) => tracer.with_start(start, start),
+        None => tracer,
+    };
+    Ok(Shadow::new(Box::new(AreaShadow(tracer)), light, query.seed))
+}

@@ -1,0 +1,136 @@
+//! What kinds of map for area lights have in common.
+
+use std::sync::Arc;
+
+use dsm_core::{
+    AreaLight, BakeSettings, LightExtent, LightShape, PixelSampling, Tolerance, Transmittance,
+    ViewRaster,
+};
+use dsm_io::{CachedMap, Codec, KindReader, MapKind};
+use dsm_trace::LightFrame;
+use mtsm::{
+    CachedLayers, FilteredLayers, LayeredKeys, MultilayerSettings, MultilayerTracer,
+    SoftPercentageCloser, TraceSettings, TracedMap,
+};
+
+use super::kind::refuse;
+use crate::bake::{Bake, Job};
+use crate::error::{Error, Result};
+use crate::query::{Method, Query};
+use crate::shadow::{AreaShadow, Shadow};
+
+/// Whether nothing was set that only deep maps have.
+pub(super) fn check(settings: &Bake) -> Result<()> {
+    if settings.pyramid.is_some() {
+        return refuse("--mip", "deep");
+    }
+    if settings.crop.is_some() {
+        return refuse("--crop", "deep");
+    }
+    if settings.codec == Codec::Quantized {
+        return refuse("--codec quantized", "deep");
+    }
+    Ok(())
+}
+
+/// The view of a map of an area light, from behind it by the depth that comes
+/// with it, so that all that any point of the light sees is in the map (Xie et
+/// al. 2007, equation 4).
+pub(super) fn view(job: &Job<'_>) -> Result<(ViewRaster, f32)> {
+    let view = job.light.raster(job.settings.resolution)?;
+    if !view.is_perspective() {
+        let reason = "rays of an area light need a light with a perspective projection";
+        return Err(Error::Unsupported(reason.to_owned()));
+    }
+    // The header keeps an f32.
+    let depth = LightFrame::push_back(job.extent, view.half_size().to_array()) as f32;
+    Ok((view.moved_back(depth.into()), depth))
+}
+
+/// The settings of a map of layers.
+pub(super) fn settings(
+    job: &Job<'_>,
+    view: &ViewRaster,
+    light_depth: f32,
+    tolerance: f32,
+) -> Result<MultilayerSettings> {
+    let asked = job.settings;
+    let mut bake = BakeSettings::new(asked.resolution)?;
+    bake.tile_size = asked.tile_size;
+    bake.sampling = match asked.samples {
+        None | Some(1) => PixelSampling::centre(),
+        Some(samples) => PixelSampling::new(samples, asked.seed)?,
+    };
+    bake.filter = asked.filter;
+    bake.tolerance = match asked.tolerance {
+        Some(tolerance) => Some(tolerance),
+        None => Some(Tolerance::new(tolerance)?),
+    };
+    bake.camera = Some(view.shadow_camera());
+    let resets = asked.resets.unwrap_or(MultilayerSettings::RESETS);
+    let max_layers = asked.max_layers.unwrap_or(MultilayerSettings::MAX_LAYERS);
+    Ok(MultilayerSettings { bake, resets, max_layers, light_depth })
+}
+
+/// The shadows of layers that have a depth alone.
+pub(super) fn shadow<T, K>(map: &CachedMap<T, K>, method: Method, query: &Query) -> Result<Shadow>
+where
+    T: Transmittance,
+    K: MapKind<Keys = LayeredKeys>,
+    CachedLayers<T, K>: TracedMap<Error = dsm_io::Error, BuildError = dsm_io::Error>,
+{
+    let reader = map.reader();
+    let layers = Arc::new(CachedLayers::new(map.clone()));
+    match method {
+        Method::Trace(asked) => {
+            let default = TraceSettings::default();
+            let settings = TraceSettings {
+                rule: asked.rule.unwrap_or(default.rule),
+                depth_threshold: asked.depth_threshold.unwrap_or(default.depth_threshold),
+                start: asked.start,
+                rays: asked.rays,
+                ..default
+            };
+            let tracer = MultilayerTracer::new(layers, settings)?;
+            let light = light(query, reader, tracer.frame())?;
+            Ok(Shadow::new(Box::new(AreaShadow(tracer)), light, query.seed))
+        }
+        Method::Pcf(asked) => {
+            let filter = SoftPercentageCloser::new(layers, FilteredLayers::All)?;
+            let filter = filter.with_taps(asked.taps)?;
+            let filter = match asked.bias {
+                Some(bias) => filter.with_bias(bias)?,
+                None => filter.with_pixel_bias(),
+            };
+            let light = light(query, reader, filter.frame())?;
+            Ok(Shadow::new(Box::new(AreaShadow(filter)), light, query.seed))
+        }
+        Method::Filter(_) => Err(Error::query(reader, "layers are not filtered")),
+    }
+}
+
+/// The light that a query asks for: its own, or that of the map's header, of
+/// another size if one is given.
+pub(super) fn light<K: MapKind>(
+    query: &Query,
+    map: &KindReader<K>,
+    frame: &LightFrame,
+) -> Result<AreaLight> {
+    if let Some(light) = query.light {
+        return Ok(light);
+    }
+    let known = map.metadata().info.light;
+    let Some(size) = query.light_size else {
+        let reason = "the map does not say what its light is: --light-size does";
+        return known.map(|extent| frame.area_light(extent)).ok_or(Error::query(map, reason));
+    };
+    let shape = match known.map(|light| light.shape) {
+        _ if size == [0.0; 2] => LightShape::Point,
+        None | Some(LightShape::Point) => LightShape::Rectangle,
+        Some(shape) => shape,
+    };
+    if matches!(shape, LightShape::Disk | LightShape::Sphere) && size[0] != size[1] {
+        return Err(Error::query(map, "--light-size: a disk or a sphere is as high as wide"));
+    }
+    Ok(frame.area_light(LightExtent { shape, size }))
+}

@@ -1,0 +1,86 @@
+//! Multilayer transparent shadow maps (Xie, Tabellion & Pearce 2007, §5).
+
+use std::path::Path;
+
+use dsm_core::{Transmittance, ViewRaster};
+use dsm_io::{Container, ErasedMap};
+use mtsm::{MultilayerBaker, MultilayerSettings, bake_mtsm};
+
+use super::kind::{ShadowKind, refuse};
+use super::layered;
+use crate::bake::{AnyHitSource, Bake, BakeReport, Job, Seen};
+use crate::error::Result;
+use crate::map::{CachedFile, OpenMap, OpenOptions};
+use crate::query::{Method, Query, TraceMethod};
+use crate::shadow::{Shadow, filtered_shadow};
+
+/// Runs of compressed layers with counts.
+pub(super) struct Mtsm;
+
+impl ShadowKind for Mtsm {
+    fn name(&self) -> &'static str {
+        "mtsm"
+    }
+
+    fn about(&self) -> &'static str {
+        "Multilayer transparent shadow maps: runs of compressed layers with counts"
+    }
+
+    fn check(&self, settings: &Bake) -> Result<()> {
+        if settings.coverage.is_some() {
+            return refuse("--coverage", "fragments");
+        }
+        layered::check(settings)
+    }
+
+    fn open(&self, container: Container, options: &OpenOptions) -> Result<Box<dyn OpenMap>> {
+        Ok(Box::new(CachedFile::<mtsm::Mtsm>::open(container, options)?))
+    }
+
+    fn bake(&self, job: &Job<'_>, output: &Path) -> Result<BakeReport> {
+        let (view, light_depth) = layered::view(job)?;
+        match job.look(&view)? {
+            Seen::Mono(source) => bake(job, &view, light_depth, source, output),
+            Seen::Rgb(source) => bake(job, &view, light_depth, source, output),
+        }
+    }
+}
+
+fn bake<T: Transmittance>(
+    job: &Job<'_>,
+    view: &ViewRaster,
+    light_depth: f32,
+    source: AnyHitSource<'_, T>,
+    output: &Path,
+) -> Result<BakeReport> {
+    let tolerance = MultilayerSettings::TOLERANCE;
+    let settings = layered::settings(job, view, light_depth, tolerance)?;
+    let (samples, tolerance) = (settings.bake.sampling.samples_per_pixel(), settings.tolerance());
+    let baker = MultilayerBaker::<T, _>::new(source, settings)?;
+    let describe = |metadata: &mut _| job.describe(metadata);
+    let baked = bake_mtsm(&baker, output, job.settings.block, describe, |at| job.watch(at))?;
+    Ok(job.report::<T>(samples, tolerance, baked))
+}
+
+impl OpenMap for CachedFile<mtsm::Mtsm> {
+    fn file(&self) -> &dyn ErasedMap {
+        self.reader()
+    }
+
+    fn default_method(&self) -> Method {
+        TraceMethod::default().into()
+    }
+
+    fn shadow(&self, query: &Query) -> Result<Shadow> {
+        match query.method.unwrap_or(self.default_method()) {
+            Method::Filter(method) => match self {
+                Self::Mono(map) => filtered_shadow(map, method, query),
+                Self::Rgb(map) => filtered_shadow(map, method, query),
+            },
+            method => match self {
+                Self::Mono(map) => layered::shadow(map, method, query),
+                Self::Rgb(map) => layered::shadow(map, method, query),
+            },
+        }
+    }
+}

@@ -1,0 +1,19 @@
+//! An open map without its type.
+
+use dsm_io::ErasedMap;
+
+use crate::error::Result;
+use crate::query::{Method, Query};
+use crate::shadow::Shadow;
+
+/// An open map of any kind and number of channels.
+pub(crate) trait OpenMap: Send + Sync {
+    /// The file, for all that is the same for every kind.
+    fn file(&self) -> &dyn ErasedMap;
+
+    /// The method of queries that name none.
+    fn default_method(&self) -> Method;
+
+    /// The shadows that a query asks for.
+    fn shadow(&self, query: &Query) -> Result<Shadow>;
+}

@@ -1,0 +1,77 @@
+//! How maps are opened.
+
+use std::path::Path;
+
+use dsm_io::{Limits, TileCache};
+
+use super::shadow_map::ShadowMap;
+use crate::error::Result;
+
+/// Bytes of tiles that are kept at hand unless another budget is set: the tiles of
+/// large maps come and go, and small ones stay whole.
+const TILE_BYTES: u64 = 1 << 30;
+
+/// Options of opening maps: the tile cache that they share, and what a file may
+/// ask for.
+///
+/// ```no_run
+/// use deepshadow::OpenOptions;
+///
+/// // The key light and the rim light within 256 MiB together.
+/// let options = OpenOptions::new().with_cache_bytes(256 << 20);
+/// let (key, rim) = (options.open("key.dsm")?, options.open("rim.dsm")?);
+/// # Ok::<(), deepshadow::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct OpenOptions {
+    pub(super) cache: TileCache,
+    pub(super) limits: Limits,
+}
+
+impl OpenOptions {
+    /// A tile cache of 1 GiB, and the usual limits.
+    #[must_use]
+    pub fn new() -> Self {
+        Self { cache: TileCache::new(TILE_BYTES), limits: Limits::default() }
+    }
+
+    /// A new tile cache that keeps at most so many bytes, for all maps that are
+    /// opened with these options or clones of them.
+    #[must_use]
+    pub fn with_cache_bytes(self, bytes: u64) -> Self {
+        self.with_cache(TileCache::new(bytes))
+    }
+
+    /// Sets the tile cache.
+    #[must_use]
+    pub fn with_cache(self, cache: TileCache) -> Self {
+        Self { cache, ..self }
+    }
+
+    /// Sets what a file may ask for.
+    #[must_use]
+    pub fn with_limits(self, limits: Limits) -> Self {
+        Self { limits, ..self }
+    }
+
+    /// The tile cache, whose statistics tell hits and misses.
+    #[must_use]
+    pub const fn cache(&self) -> &TileCache {
+        &self.cache
+    }
+
+    /// Opens a map.
+    ///
+    /// # Errors
+    ///
+    /// As [`ShadowMap::open`].
+    pub fn open(&self, path: impl AsRef<Path>) -> Result<ShadowMap> {
+        ShadowMap::open_with(path.as_ref(), self)
+    }
+}
+
+impl Default for OpenOptions {
+    fn default() -> Self {
+        Self::new()
+    }
+}

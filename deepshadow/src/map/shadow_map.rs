@@ -1,0 +1,215 @@
+//! Maps of any kind.
+
+use std::fmt;
+use std::path::Path;
+use std::sync::Arc;
+
+use dsm_core::MapInfo;
+use dsm_io::{
+    AnyDeepMap, Container, ErasedMap, Error as FileError, Level, Limits, MapReader, MapSource,
+    MapSummary, Metadata, PixelContents, TileRect, check_bound,
+};
+use glam::DVec3;
+
+use super::open_map::OpenMap;
+use super::open_options::OpenOptions;
+use crate::error::{Error, Result};
+use crate::kinds::Kind;
+use crate::query::{Method, Query};
+use crate::shadow::Shadow;
+use crate::values::Values;
+
+/// A shadow map in a file, of any kind and number of channels. Clones are the same
+/// map; any number of threads may use it.
+///
+/// The file is mapped into memory and its tiles are read when they are asked for,
+/// through a cache ([`OpenOptions`]). A file that another process shortens
+/// meanwhile ends this one; see [`Container::open`].
+///
+/// ```
+/// use deepshadow::glam::DVec3;
+/// use deepshadow::{Bake, Query, ShadowMap, bake};
+///
+/// let scene = deepshadow::scene::builtin_scene("spinning-sphere")?;
+/// let folder = tempfile::tempdir()?;
+/// let path = folder.path().join("sphere.dsm");
+/// let go_on = |_| std::ops::ControlFlow::Continue(());
+/// bake(&scene, &scene.light, &Bake::new([64, 64])?, &path, go_on)?;
+///
+/// let map = ShadowMap::open(&path)?;
+/// assert_eq!((map.kind(), map.size()), ("deep", [64, 64]));
+/// assert!(map.verify().is_empty());
+/// // The light itself is lit.
+/// let values = map.query(&[scene.light.view.eye], &Query::new())?;
+/// assert_eq!(values.rgb(0), [1.0; 3]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone)]
+pub struct ShadowMap {
+    open: Arc<dyn OpenMap>,
+}
+
+impl ShadowMap {
+    /// Opens a map with a tile cache of its own; [`OpenOptions::open`] shares one.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::File`] with what is wrong with the file.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self> {
+        OpenOptions::new().open(path)
+    }
+
+    pub(super) fn open_with(path: &Path, options: &OpenOptions) -> Result<Self> {
+        let container = Container::open(path, &options.limits)?;
+        let found = container.kind().map_err(|error| error.in_file(container.path()))?;
+        let Some(kind) = Kind::named(&found) else {
+            let error = FileError::Kind { found, wanted: "one that this program knows" };
+            return Err(error.in_file(container.path()).into());
+        };
+        Ok(Self { open: kind.open(container, options)?.into() })
+    }
+
+    fn file(&self) -> &dyn ErasedMap {
+        self.open.file()
+    }
+
+    /// The name of the map's kind.
+    #[must_use]
+    pub fn kind(&self) -> &'static str {
+        self.file().kind()
+    }
+
+    /// Width and height of level 0 in pixels.
+    #[must_use]
+    pub fn size(&self) -> [u32; 2] {
+        [self.metadata().width, self.metadata().height]
+    }
+
+    /// Numbers a value: 1 or 3.
+    #[must_use]
+    pub fn channels(&self) -> usize {
+        self.metadata().channels.into()
+    }
+
+    /// The camera, light, tolerance, samples, filter and windows of the map.
+    #[must_use]
+    pub fn info(&self) -> &MapInfo {
+        &self.metadata().info
+    }
+
+    /// The header: [`Self::info`], the program that wrote it, and free attributes.
+    #[must_use]
+    pub fn metadata(&self) -> &Metadata {
+        self.file().metadata()
+    }
+
+    /// The header's keys that only maps of this kind have.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::File`] for keys that are no JSON.
+    pub fn kind_metadata(&self) -> Result<serde_json::Value> {
+        Ok(self.file().keys()?)
+    }
+
+    /// The levels, finest first.
+    #[must_use]
+    pub fn levels(&self) -> &[Level] {
+        self.container().levels()
+    }
+
+    /// The file's sections, levels and tiles.
+    #[must_use]
+    pub fn container(&self) -> &Container {
+        self.file().container()
+    }
+
+    /// The method of queries that name none.
+    #[must_use]
+    pub fn default_method(&self) -> Method {
+        self.open.default_method()
+    }
+
+    /// The shadows that `query` asks for, ready for any number of points. Of a map
+    /// of fragments this builds the tracer: O(fragments); of other kinds it reads
+    /// no more than the depths of pixels.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Query`] for what the map cannot answer,
+    /// [`Error::File`] for tiles that are damaged.
+    pub fn shadow(&self, query: &Query) -> Result<Shadow> {
+        self.open.shadow(query)
+    }
+
+    /// The shadow factors of points of the world: [`Self::shadow`], asked once.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::shadow`] and [`Shadow::query`].
+    pub fn query(&self, points: &[DVec3], query: &Query) -> Result<Values> {
+        self.shadow(query)?.query(points)
+    }
+
+    /// Everything that is wrong with the file: checksums, rules of the format and
+    /// of the kind, stated bounds. Empty if it is sound. O(vertices); holds one
+    /// tile.
+    #[must_use]
+    pub fn verify(&self) -> Vec<FileError> {
+        self.file().verify()
+    }
+
+    /// Compares every visibility function of the finest level with those of
+    /// `source`, the map or image that it was made of, within the bound that the
+    /// map states. `rows_done` is told how many rows are.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Query`] for kinds without a bound, [`Error::File`] with the worst
+    /// pixel if the bound is broken, or with what is wrong with the source.
+    pub fn check_against(&self, source: &mut MapSource, rows_done: impl FnMut(u32)) -> Result<()> {
+        let path = self.container().path().unwrap_or(Path::new(""));
+        if self.kind() != Kind::DEEP.name() {
+            let reason = format!("a map of kind {} has no source to be held to", self.kind());
+            return Err(Error::Query { path: path.to_owned(), reason });
+        }
+        let reader = MapReader::open(path, &Limits::default())?;
+        check_bound(reader, source, rows_done)?;
+        Ok(())
+    }
+
+    /// Counts of what the tiles hold together. O(vertices); holds one tile.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::File`] for a damaged tile.
+    pub fn summary(&self) -> Result<MapSummary> {
+        Ok(self.file().summary()?)
+    }
+
+    /// The numbers that are stored of a pixel of a level. Reads one tile.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::File`] for a level or a pixel that there is
+    /// not, or a damaged tile.
+    pub fn contents(&self, level: u32, pixel: [u32; 2]) -> Result<PixelContents> {
+        Ok(self.file().contents(level, pixel)?)
+    }
+
+    /// The visibility functions of a rectangle of a level; `None` for kinds
+    /// without such.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::contents`], and for more pixels than memory may hold.
+    pub fn functions(&self, level: u32, pixels: TileRect) -> Result<Option<AnyDeepMap>> {
+        Ok(self.file().functions(level, pixels)?)
+    }
+}
+
+impl fmt::Debug for ShadowMap {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_tuple("ShadowMap").field(&self.file()).finish()
+    }
+}

@@ -1,0 +1,56 @@
+//! The methods that compute shadows.
+
+use super::filter_method::FilterMethod;
+use super::pcf_method::PcfMethod;
+use super::trace_method::TraceMethod;
+
+/// A way to compute the shadow factor of a point from a map.
+///
+/// ```
+/// use deepshadow::{Method, TraceMethod};
+///
+/// let method = Method::from(TraceMethod::new(64));
+/// assert_eq!(method.name(), "trace");
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Method {
+    /// Visibility functions, filtered around the point (Lokovic & Veach 2000,
+    /// §3.4).
+    Filter(FilterMethod),
+    /// Shadow rays from the point to the light (Xie et al. 2007, §4.3).
+    Trace(TraceMethod),
+    /// Percentage closer filtering over the light's outline (Xie et al. 2007,
+    /// §3).
+    Pcf(PcfMethod),
+}
+
+impl Method {
+    /// The method's name on the command line.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Filter(_) => "filter",
+            Self::Trace(_) => "trace",
+            Self::Pcf(_) => "pcf",
+        }
+    }
+}
+
+impl From<FilterMethod> for Method {
+    fn from(method: FilterMethod) -> Self {
+        Self::Filter(method)
+    }
+}
+
+impl From<TraceMethod> for Method {
+    fn from(method: TraceMethod) -> Self {
+        Self::Trace(method)
+    }
+}
+
+impl From<PcfMethod> for Method {
+    fn from(method: PcfMethod) -> Self {
+        Self::Pcf(method)
+    }
+}

@@ -1,0 +1,99 @@
+//! Shadows of area lights, by rays or taps in a map.
+
+use dsm_core::{AreaLight, Facing, LightVisibility, ShadedPoint, Transmittance};
+use dsm_trace::{LightFrame, TraceStatistics};
+use glam::DVec3;
+use mtsm::{MultilayerTracer, SoftPercentageCloser, TracedMap};
+use shadow_maps::fragments::FragmentTracer;
+
+use super::any_visibility::AnyVisibility;
+use super::statistics::ShadowStatistics;
+use crate::error::{Error, Result};
+use crate::values::Values;
+
+/// A tracer or filter of a map with a light's frame.
+pub(crate) trait AreaTracer: LightVisibility + Send + Sync {
+    /// The frame of the map's light.
+    fn frame(&self) -> &LightFrame;
+
+    /// Rays or taps so far.
+    fn rays(&self) -> TraceStatistics;
+
+    /// Whether a table of optical depths is used, where one may be.
+    fn far_table(&self) -> Option<bool> {
+        None
+    }
+}
+
+impl<M: TracedMap> AreaTracer for MultilayerTracer<M> {
+    fn frame(&self) -> &LightFrame {
+        self.frame()
+    }
+
+    fn rays(&self) -> TraceStatistics {
+        self.statistics()
+    }
+}
+
+impl<M: TracedMap> AreaTracer for SoftPercentageCloser<M> {
+    fn frame(&self) -> &LightFrame {
+        self.frame()
+    }
+
+    fn rays(&self) -> TraceStatistics {
+        self.statistics()
+    }
+}
+
+impl<T: Transmittance> AreaTracer for FragmentTracer<T> {
+    fn frame(&self) -> &LightFrame {
+        self.map().frame()
+    }
+
+    fn rays(&self) -> TraceStatistics {
+        self.statistics()
+    }
+
+    fn far_table(&self) -> Option<bool> {
+        Some(self.has_far_table())
+    }
+}
+
+/// The shadows of an area light that a tracer finds.
+pub(crate) struct AreaShadow<V>(pub(crate) V);
+
+impl<V: AreaTracer> AnyVisibility for AreaShadow<V>
+where
+    Error: From<V::Error>,
+{
+    fn channels(&self) -> usize {
+        <V::Value as Transmittance>::CHANNELS
+    }
+
+    fn world(&self, points: &[ShadedPoint], light: &AreaLight, values: &mut Values) -> Result<()> {
+        let mut own = Vec::with_capacity(points.len());
+        let done = self.0.visibilities(points, light, &mut own);
+        values.extend(&own);
+        Ok(done?)
+    }
+
+    fn raster(
+        &self,
+        points: &[[f64; 3]],
+        seed: u64,
+        light: &AreaLight,
+        values: &mut Values,
+    ) -> Result<()> {
+        let shaded = |(number, &[x, y, depth]): (u64, &[f64; 3])| {
+            let position: DVec3 = self.0.frame().unproject(x, y, depth);
+            ShadedPoint { position, facing: Facing::Light, seed: seed.wrapping_add(number) }
+        };
+        let points: Vec<_> = (0..).zip(points).map(shaded).collect();
+        self.world(&points, light, values)
+    }
+
+    fn statistics(&self) -> ShadowStatistics {
+        let (rays, far_table) = (Some(self.0.rays()), self.0.far_table());
+        ShadowStatistics { rays, far_table, ..ShadowStatistics::default() }
+    }
+}

@@ -1,0 +1,17 @@
+//! Counts of a query's work.
+
+use dsm_core::BiasSummary;
+use dsm_trace::TraceStatistics;
+
+/// Work that a [`Shadow`](crate::Shadow) has done since it was made.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct ShadowStatistics {
+    /// Rays or taps, of methods that have any.
+    pub rays: Option<TraceStatistics>,
+    /// The depth biases of all points, of filtered lookups.
+    pub biases: Option<BiasSummary>,
+    /// Whether a table of optical depths stands for far fragments, of kinds that
+    /// may have one.
+    pub far_table: Option<bool>,
+}

@@ -1,0 +1,22 @@
+//! How long properties are tested.
+
+use proptest::test_runner::{Config, RngSeed};
+
+/// Whether tests take their time: `DSM_LONG_TESTS=1`.
+#[must_use]
+pub fn is_long() -> bool {
+    std::env::var_os("DSM_LONG_TESTS").is_some_and(|value| value == "1")
+}
+
+/// Properties of 256 cases, 20,000 in the [long mode](is_long), the same every time: of
+/// this seed. Nothing is written beside the sources.
+#[must_use]
+pub fn config(seed: u64) -> Config {
+    Config {
+        cases: if is_long() { 20_000 } else { 256 },
+        rng_seed: RngSeed::Fixed(seed),
+        failure_persistence: None,
+        max_shrink_iters: 10_000,
+        ..Config::default()
+    }
+}

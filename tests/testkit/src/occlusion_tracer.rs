@@ -1,0 +1,83 @@
+//! Tracers of single rays.
+
+use std::fmt::Debug;
+
+use dsm_core::{OcclusionTracer, Transmittance};
+use glam::DVec3;
+
+use crate::agreement::Agreement;
+use crate::answers::check_answers;
+use crate::disagreement::Disagreement;
+use crate::trial::Trial;
+
+/// Checks a tracer: `make` makes it of the scene of a trial, which has this radius before
+/// it is placed; it is asked for `rays`, each from a receiver to a light at a time, placed
+/// like the scene.
+///
+/// What is left lies in [0, 1]. It is the same bits whatever the tiles and threads that the
+/// tracer is made with, and agrees wherever the scene stands and however large it is.
+///
+/// ```
+/// use dsm_core::OcclusionTracer;
+/// use dsm_testkit::{Agreement, Trial, check_occlusion_tracer};
+/// use glam::DVec3;
+///
+/// /// A ball.
+/// struct Ball(DVec3, f64);
+///
+/// impl OcclusionTracer for Ball {
+///     type Value = f32;
+///     type Error = std::convert::Infallible;
+///
+///     fn transmittance(&self, from: DVec3, to: DVec3, _: f64) -> Result<f32, Self::Error> {
+///         let (way, towards) = (to - from, self.0 - from);
+///         let nearest = towards - way * (towards.dot(way) / way.length_squared()).clamp(0.0, 1.0);
+///         Ok(if nearest.length() < self.1 { 0.0 } else { 1.0 })
+///     }
+/// }
+///
+/// let make = |trial: &Trial| {
+///     Ball(trial.placement.point(DVec3::ZERO), trial.placement.scale())
+/// };
+/// let rays = [(DVec3::X * 3.0, DVec3::X * -4.0, 0.0), (DVec3::X * 3.0, DVec3::Y * 9.0, 0.0)];
+/// check_occlusion_tracer(make, 3.0, &rays, &Agreement::default())?;
+/// # Ok::<(), dsm_testkit::Disagreement>(())
+/// ```
+///
+/// # Errors
+///
+/// The first trial whose answers are wrong, and what is wrong with them.
+pub fn check_occlusion_tracer<V>(
+    make: impl Fn(&Trial) -> V + Sync,
+    radius: f64,
+    rays: &[(DVec3, DVec3, f64)],
+    agreement: &Agreement,
+) -> Result<(), Disagreement>
+where
+    V: OcclusionTracer,
+    V::Error: Debug,
+{
+    check_answers(radius, agreement, |trial| answers(&make(trial), trial, rays))
+}
+
+/// What is left on every ray, channel after channel.
+fn answers<V>(tracer: &V, trial: &Trial, rays: &[(DVec3, DVec3, f64)]) -> Result<Vec<f64>, String>
+where
+    V: OcclusionTracer,
+    V::Error: Debug,
+{
+    let mut answers = Vec::new();
+    for &(receiver, light, time) in rays {
+        let [receiver, light] = [receiver, light].map(|point| trial.placement.point(point));
+        let left = tracer.transmittance(receiver, light, time);
+        let left = left.map_err(|error| format!("no answer: {error:?}"))?;
+        for channel in 0..V::Value::CHANNELS {
+            let left = f64::from(left.channel(channel));
+            if !(0.0..=1.0).contains(&left) {
+                return Err(format!("answer {} is {left}", answers.len()));
+            }
+            answers.push(left);
+        }
+    }
+    Ok(answers)
+}
