@@ -1,6 +1,6 @@
 //! What a part's channels are called, and how they store their values.
 
-/// How a channel stores its values.
+/// Storage format of a channel's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChannelType {
     /// 16-bit floats.
@@ -21,16 +21,25 @@ impl ChannelType {
     }
 }
 
-/// A channel of the part.
+/// A channel of a part: its name and its storage format.
+///
+/// ```
+/// use deep_exr::{AlphaChannels, ChannelType, SampleType, WriteOptions};
+///
+/// let options = WriteOptions::new(4, 4).alpha(AlphaChannels::Mono, SampleType::Half);
+/// let channels = options.channels();
+/// let opacity = channels.iter().find(|channel| channel.name == "A");
+/// assert_eq!(opacity.map(|channel| channel.channel_type), Some(ChannelType::Half));
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Channel {
     /// Its name, such as `Z` or `AR`.
     pub name: String,
-    /// How it stores its values.
+    /// Storage format of its values.
     pub channel_type: ChannelType,
 }
 
-/// Where the opacity of a sample comes from.
+/// Channels that hold the samples' opacity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AlphaChannels {
     /// There is no alpha channel: every sample is opaque.

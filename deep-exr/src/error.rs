@@ -3,8 +3,8 @@
 use std::io;
 use std::path::PathBuf;
 
-/// Why a deep OpenEXR file could not be read or written: what failed, where in
-/// the file, and why.
+/// Failure to read or write a deep OpenEXR file: what failed, where in the file,
+/// and why.
 ///
 /// What the operating system said is the [`source`](std::error::Error::source),
 /// and not part of the message.

@@ -1,6 +1,6 @@
-//! How an image is cut into chunks.
+//! The chunks of an image.
 
-/// The blocks (tiles, or scan lines over the whole width) of the largest
+/// Grid of blocks (tiles, or scan lines over the whole width) of the largest
 /// level, which come first in the offset table, row by row.
 ///
 /// ```
@@ -21,7 +21,7 @@ pub struct ChunkGrid {
     origin: [i32; 2],
 }
 
-/// One block: its place in the grid, and the pixels it covers.
+/// Block of a [`ChunkGrid`]: its place in the grid, and the pixels it covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Block {

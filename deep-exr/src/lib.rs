@@ -67,7 +67,6 @@ mod write;
 pub use attribute::Attribute;
 pub use channel::{AlphaChannels, Channel, ChannelType};
 pub use error::{Error, Result};
-pub use grid::{Block, ChunkGrid};
 pub use layout::Layout;
 pub use limits::Limits;
 pub use read::header::Header;
@@ -76,7 +75,14 @@ pub use rows::{Alpha, DeepRows};
 pub use sample::DeepSample;
 pub use window::Window;
 pub use write::compression::Compression;
-pub use write::encoder::{ChunkEncoder, EncodedChunk};
 pub use write::options::WriteOptions;
 pub use write::sample_type::SampleType;
 pub use write::writer::DeepExrWriter;
+
+/// Parts that the other crates of this family stand on. They may change with any
+/// version.
+#[doc(hidden)]
+pub mod detail {
+    pub use crate::grid::{Block, ChunkGrid};
+    pub use crate::write::encoder::{ChunkEncoder, EncodedChunk};
+}

@@ -6,7 +6,14 @@ use crate::channel::AlphaChannels;
 use crate::error::{Error, Result};
 use crate::sample::DeepSample;
 
-/// The opacities of all samples of a [`DeepRows`].
+/// Opacities of all samples of a [`DeepRows`].
+///
+/// ```
+/// use deep_exr::{Alpha, AlphaChannels, DeepRows};
+///
+/// let rows = DeepRows::new(1, AlphaChannels::Colour, false);
+/// assert!(matches!(rows.alpha(), Alpha::Colour([red, _, _]) if red.is_empty()));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum Alpha {
     /// The file has no alpha: all samples are opaque.
@@ -28,7 +35,7 @@ pub(crate) enum Column {
     Blue,
 }
 
-/// The samples of some whole pixel rows, a column for each channel.
+/// Samples of whole pixel rows, a column for each channel.
 ///
 /// Pixels stand row by row, and their samples in the file's order, which need
 /// not be by depth. Values are as in the file: they may be NaN, negative, or
@@ -97,7 +104,8 @@ impl DeepRows {
         self.z.len()
     }
 
-    /// Where each pixel's samples begin, and the end: one more than pixels.
+    /// Start of each pixel's samples in the columns, and the end: one more than
+    /// pixels.
     #[must_use]
     pub fn offsets(&self) -> &[u32] {
         &self.offsets
@@ -151,7 +159,7 @@ impl DeepRows {
         }
     }
 
-    /// Which opacities the samples have.
+    /// Kind of the samples' opacities.
     #[must_use]
     pub fn alpha_channels(&self) -> AlphaChannels {
         match self.alpha {

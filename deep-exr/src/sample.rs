@@ -1,6 +1,18 @@
 //! One sample of a deep pixel.
 
-/// One sample, as the file has it: not checked, not cleaned.
+/// Point or volume sample of a deep pixel, as the file has it: neither checked nor
+/// cleaned.
+///
+/// A point lies at its front depth; a volume reaches to its back and absorbs
+/// evenly in between (*Interpreting OpenEXR Deep Pixels*).
+///
+/// ```
+/// use deep_exr::DeepSample;
+///
+/// let wall = DeepSample { z: 8.0, z_back: 8.0, alpha: [1.0; 3] };
+/// let smoke = DeepSample { z: 2.0, z_back: 4.0, alpha: [0.3, 0.3, 0.4] };
+/// assert!(smoke.z_back > smoke.z && wall.z_back == wall.z);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DeepSample {
     /// Depth of its front.

@@ -28,8 +28,8 @@ impl Window {
         })
     }
 
-    /// Whether it has pixels and lies within the 2³⁰ pixels around the origin
-    /// that OpenEXR allows.
+    /// True if it has pixels and lies within the 2³⁰ pixels around the origin that
+    /// OpenEXR allows.
     #[must_use]
     pub fn is_valid(self) -> bool {
         let near = |n: &i32| n.unsigned_abs() < FARTHEST_PIXEL.unsigned_abs();

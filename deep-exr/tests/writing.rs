@@ -5,9 +5,10 @@
 use std::error::Error as _;
 use std::io::{self, Cursor, Seek, SeekFrom, Write};
 
+use deep_exr::detail::ChunkEncoder;
 use deep_exr::{
-    AlphaChannels, Attribute, ChunkEncoder, Compression, DeepExrReader, DeepExrWriter, DeepRows,
-    DeepSample, Error, Layout, Limits, SampleType, Window, WriteOptions,
+    AlphaChannels, Attribute, Compression, DeepExrReader, DeepExrWriter, DeepRows, DeepSample,
+    Error, Layout, Limits, SampleType, Window, WriteOptions,
 };
 
 const SIZE: [u32; 2] = [7, 5];

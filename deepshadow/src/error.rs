@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use dsm_io::{KindReader, MapKind};
+use dsm_io::MapKind;
+use dsm_io::detail::KindReader;
 
 /// An error of the front door; [`source`](std::error::Error::source) leads to its
 /// cause.
@@ -31,8 +32,8 @@ pub enum Error {
     #[error("{0}")]
     Unsupported(String),
     /// What a bake looks at could not tell its hits.
-    #[error("the occluders cannot be baked: {0}")]
-    Occluders(#[source] Box<dyn std::error::Error + Send + Sync>),
+    #[error(transparent)]
+    Occluders(Box<dyn std::error::Error + Send + Sync>),
     /// The caller's progress function broke it off.
     #[error("interrupted")]
     Interrupted,

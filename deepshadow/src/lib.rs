@@ -23,7 +23,7 @@ pub use bake::{
 };
 pub use dsm_core::{
     AreaLight, Bias, BiasSummary, Facing, Filter, FilterShape, Footprint, LevelChoice,
-    LightVisibility, Projection, ShadedPoint, Tolerance, View, ViewRaster,
+    LightVisibility, Progress, Projection, ShadedPoint, Tolerance, View, ViewRaster,
 };
 pub use error::{Error, Result};
 pub use kinds::Kind;

@@ -8,9 +8,10 @@ use std::collections::BTreeMap;
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
+use dsm_core::detail::BakedTile;
 use dsm_core::{
-    BakeSettings, BakedTile, Baker, Error, Filter, FilterShape, HitSource, PixelSampling, Rgb,
-    TileHits, TileSamples, Transmittance,
+    BakeSettings, Baker, Error, Filter, FilterShape, HitSource, PixelSampling, Rgb, TileHits,
+    TileSamples, Transmittance,
 };
 
 fn main() {

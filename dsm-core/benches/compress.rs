@@ -4,9 +4,8 @@
 #![expect(clippy::expect_used, reason = "a benchmark may panic")]
 
 use divan::counter::ItemsCount;
-use dsm_core::{
-    End, GreedyCompressor, Rgb, SumVertex, Tolerance, Transmittance, Vertex, VisibilityDifference,
-};
+use dsm_core::detail::{End, GreedyCompressor, SumVertex, VisibilityDifference};
+use dsm_core::{Rgb, Tolerance, Transmittance, Vertex};
 
 const FUNCTIONS: u32 = 1000;
 const EVENTS: u32 = 256;

@@ -9,10 +9,8 @@ use std::hint::black_box;
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use dsm_core::{
-    RayHits, Rgb, SurfaceHit, Transmittance, TransmittanceBuilder, TransmittanceFunction,
-    VisibilitySweep, VolumeSample,
-};
+use dsm_core::detail::{TransmittanceBuilder, TransmittanceFunction, VisibilitySweep};
+use dsm_core::{RayHits, Rgb, SurfaceHit, Transmittance, VolumeSample};
 
 fn main() {
     divan::main();

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
-use crate::random::next_bits;
+use crate::random::{next_bits, unit};
 
 /// The outline of a light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -178,11 +178,6 @@ fn concentric_disk(square: DVec2) -> DVec2 {
         (square.y, 2.0 * quarter - quarter * square.x / square.y)
     };
     DVec2::from_angle(angle) * radius
-}
-
-/// The upper 53 bits as a number in [0, 1).
-fn unit(bits: u64) -> f64 {
-    (bits >> 11) as f64 / 2.0_f64.powi(53)
 }
 
 #[cfg(test)]

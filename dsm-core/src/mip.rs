@@ -15,7 +15,7 @@ use crate::tolerance::Tolerance;
 /// map that they cover, so that no pixel of the map counts more than another.
 ///
 /// ```
-/// use dsm_core::MipPyramid;
+/// use dsm_core::detail::MipPyramid;
 ///
 /// let pyramid = MipPyramid::new(5, 2);
 /// let sizes: Vec<_> = (0..pyramid.level_count()).map(|level| pyramid.size(level)).collect();

@@ -7,10 +7,8 @@
 use divan::Bencher;
 use divan::counter::BytesCount;
 use dsm_core::{DeepMap, MapInfo, PixelLists, PixelListsBuilder, Rgb, Transmittance, Vertex};
-use dsm_io::{
-    AchievedError, Block, Codec, EncodedTile, Limits, MapReader, Metadata, TileId, WriteOptions,
-    write_map,
-};
+use dsm_io::detail::{AchievedError, EncodedTile, TileId};
+use dsm_io::{Block, Codec, Limits, MapReader, Metadata, WriteOptions, write_map};
 
 fn main() {
     divan::main();

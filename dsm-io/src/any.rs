@@ -4,7 +4,11 @@ use std::path::Path;
 
 use dsm_core::{DeepMap, MapInfo, Rgb};
 
-use crate::{CachedMap, Limits, MapReader, Result, TileCache};
+use crate::cache::TileCache;
+use crate::cache::map::CachedMap;
+use crate::error::Result;
+use crate::limits::Limits;
+use crate::reader::MapReader;
 
 /// A deep map of either number of channels.
 #[derive(Clone, Debug, PartialEq)]

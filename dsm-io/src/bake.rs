@@ -4,16 +4,22 @@ use std::ops::{ControlFlow, Range};
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use dsm_core::{
-    BakeProgress, BakeSettings, BakedTile, Baker, ExactPixel, GreedyCompressor, HitSource,
-    MipPyramid, SumVertex, Tolerance, Transmittance, Vertex, VisibilityDifference,
+use dsm_core::detail::{
+    BakedTile, ExactPixel, GreedyCompressor, MipPyramid, SumVertex, VisibilityDifference,
 };
+use dsm_core::{BakeSettings, Baker, HitSource, Progress, Tolerance, Transmittance, Vertex};
 
-use crate::pyramid::{PixelFunctions, PyramidSource, SourceTile, build_pyramid};
-use crate::{
-    AchievedError, Block, Codec, Crop, EncodedTile, Error, MapWriter, Metadata, PyramidOptions,
-    Result, TileId, WriteOptions,
-};
+use crate::achieved_error::AchievedError;
+use crate::codec::{Block, Codec};
+use crate::crop::Crop;
+use crate::error::{Error, Result};
+use crate::format::encoded_tile::EncodedTile;
+use crate::metadata::Metadata;
+use crate::pyramid::build::build_pyramid;
+use crate::pyramid::plan::PyramidOptions;
+use crate::pyramid::source::{PixelFunctions, PyramidSource, SourceTile};
+use crate::tile_id::TileId;
+use crate::writer::{MapWriter, WriteOptions};
 
 /// How a baked map is stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,21 +96,21 @@ pub struct BakeReport {
 /// # Errors
 ///
 /// [`Error::HitSource`] with what the source says; [`Error::Interrupted`] if
-/// `watch` broke it off; [`Error::Caller`] for a pyramid of a crop, or for a codec
+/// `watch` broke it off; [`Error::Setting`] for a pyramid of a crop, [`Error::Mismatch`] for a codec
 /// that does not fit [`BakeSettings::quantization`]; else what keeps the file from being written.
 pub fn bake<T: Transmittance, S: HitSource<T>>(
     baker: &Baker<T, S>,
     output: &Path,
     options: &BakeOptions,
     describe: impl FnOnce(&mut Metadata),
-    watch: impl Fn(BakeProgress) -> ControlFlow<()> + Sync,
+    watch: impl Fn(Progress) -> ControlFlow<()> + Sync,
 ) -> Result<BakeReport>
 where
     S::Error: std::error::Error + Send + Sync + 'static,
 {
     let settings = baker.settings();
     if settings.quantization.is_some() != (options.codec == Codec::Quantized) {
-        return Err(Error::caller(
+        return Err(Error::mismatch(
             "a baker that rounds and a codec for what is rounded go together",
         ));
     }
@@ -126,7 +132,7 @@ where
     let hits = match &options.pyramid {
         None => write_tiles(baker, &mut writer, options, watch)?,
         Some(_) if settings.crop.is_some() => {
-            return Err(Error::caller("a part of a map has no pyramid"));
+            return Err(Error::setting("a part of a map has no pyramid"));
         }
         Some(pyramid) => {
             let tiles = settings.tile_count();
@@ -139,7 +145,7 @@ where
                 begun: 0.into(),
                 hits: 0.into(),
             };
-            build_pyramid(&source, &mut writer, pyramid, |_, _| ())?;
+            build_pyramid(&source, &mut writer, pyramid, Progress::ignore)?;
             source.hits.into_inner()
         }
     };
@@ -151,7 +157,7 @@ fn write_tiles<T: Transmittance, S: HitSource<T>>(
     baker: &Baker<T, S>,
     writer: &mut MapWriter,
     options: &BakeOptions,
-    watch: impl Fn(BakeProgress) -> ControlFlow<()> + Sync,
+    watch: impl Fn(Progress) -> ControlFlow<()> + Sync,
 ) -> Result<u64>
 where
     S::Error: std::error::Error + Send + Sync + 'static,
@@ -275,7 +281,7 @@ where
     T: Transmittance,
     S: HitSource<T>,
     S::Error: std::error::Error + Send + Sync + 'static,
-    W: Fn(BakeProgress) -> ControlFlow<()> + Sync,
+    W: Fn(Progress) -> ControlFlow<()> + Sync,
 {
     type Functions<'a>
         = ExactTile<T>
@@ -284,7 +290,7 @@ where
 
     fn tile(&self, id: TileId) -> Result<SourceTile<ExactTile<T>>> {
         let done = self.begun.fetch_add(1, Ordering::Relaxed);
-        if (self.watch)(BakeProgress { done, tiles: self.tiles }).is_break() {
+        if (self.watch)(Progress::new(done, self.tiles)).is_break() {
             return Err(Error::Interrupted);
         }
         let settings = self.baker.settings();

@@ -1,8 +1,10 @@
 //! Work on the tiles of several maps at once, a block of pixels at a time.
 
+use crate::achieved_error::AchievedError;
+use crate::error::Result;
 use crate::format::level::Level;
-use crate::format::tile_id::TileRect;
-use crate::{AchievedError, MapReader, Result, TileId};
+use crate::reader::MapReader;
+use crate::tile_id::{TileId, TileRect};
 
 /// Blocks that are in memory at a time, for each thread.
 pub(crate) const BLOCKS_A_THREAD: u64 = 2;

@@ -1,9 +1,9 @@
 //! Puts pixels together that come from elsewhere, column by column.
 
-use dsm_core::{PixelLists, Transmittance, VisibilityView};
+use dsm_core::detail::VisibilityView;
+use dsm_core::{PixelLists, Transmittance};
 
-use crate::error::check_limit;
-use crate::{Error, Result};
+use crate::error::{Error, Result, check_limit};
 
 /// The columns of [`PixelLists`] while they are put together.
 #[derive(Default)]
@@ -41,6 +41,6 @@ impl Columns {
             self.value_starts = Vec::new();
         }
         PixelLists::new((width, height), self.starts, self.value_starts, self.z, self.values)
-            .map_err(|error| Error::caller(error.to_string()))
+            .map_err(Error::from)
     }
 }

@@ -1,16 +1,17 @@
 //! Parts of a map in files of their own.
 
-use dsm_core::PixelWindow;
+use dsm_core::detail::PixelWindow;
 
+use crate::error::{Error, Result};
 use crate::format::level::Level;
-use crate::{Error, Metadata, Result};
+use crate::metadata::Metadata;
 
 /// The pixels of a whole map that one file holds, so that several machines
 /// can each make a part. It begins and ends on borders of tiles, or at the
 /// whole map's edge.
 ///
 /// The header of a crop is the whole map's;
-/// [`MapWriter::create_crop`](crate::MapWriter::create_crop) writes one,
+/// [`MapWriter::create_crop`](crate::writer::MapWriter::create_crop) writes one,
 /// [`merge`](crate::merge()) puts crops together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Crop {

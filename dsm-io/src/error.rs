@@ -1,13 +1,15 @@
 //! What can be wrong with a file, and where in it.
 
 use std::borrow::Cow;
-use std::fmt;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
+use std::{fmt, io};
 
-use crate::format::section::SectionKind;
-use crate::format::tile_id::TileId;
+use dsm_core::detail::InFile;
+
+use crate::section_kind::SectionKind;
+use crate::tile_id::TileId;
+use crate::worst_pixel::WorstPixel;
 
 /// A part of a `.dsm` file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,25 +60,35 @@ impl fmt::Display for Place {
     }
 }
 
-/// Why a file could not be read or written: what, where in it, and why. The
-/// message is one line and complete.
+/// Why a file could not be read or written: what, and where in it.
+///
+/// The message is one line. What the operating system or another library said is
+/// not in it but the [`source`](std::error::Error::source): print the chain.
+///
+/// ```
+/// use std::error::Error as _;
+/// use std::io;
+///
+/// use dsm_io::{Limits, MapReader};
+///
+/// let error = MapReader::open("no/such.dsm", &Limits::default()).unwrap_err();
+/// assert_eq!(error.to_string(), "no/such.dsm: cannot open");
+/// let cause = error.source().and_then(|cause| cause.downcast_ref::<io::Error>());
+/// assert_eq!(cause.map(io::Error::kind), Some(io::ErrorKind::NotFound));
+/// ```
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// What went wrong with this file.
-    #[error("{}: {error}", path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// What went wrong.
-        error: Box<Error>,
-    },
+    #[error(transparent)]
+    File(InFile<Error>),
     /// The operating system refused.
-    #[error("cannot {action}: {error}")]
+    #[error("cannot {action}")]
     Io {
         /// What was tried.
         action: &'static str,
         /// Its answer.
+        #[source]
         error: io::Error,
     },
     /// Not a file of this format.
@@ -133,7 +145,7 @@ pub enum Error {
         /// Which rule it breaks.
         reason: Cow<'static, str>,
     },
-    /// An OpenEXR file that cannot be read.
+    /// An OpenEXR file that cannot be read or written.
     #[error(transparent)]
     DeepExr(#[from] deep_exr::Error),
     /// What a bake looks at could not answer.
@@ -154,17 +166,18 @@ pub enum Error {
         /// The map's tolerance.
         stated: f32,
         /// Where it is furthest off, and by how much.
-        worst: crate::WorstPixel,
+        worst: WorstPixel,
     },
     /// Pixels that are no visibility functions.
-    #[error("{place}: {error}")]
+    #[error("{place}")]
     Function {
         /// Where.
         place: Place,
         /// Which pixel, and what is wrong with it.
+        #[source]
         error: dsm_core::Error,
     },
-    /// More than [`Limits`](crate::Limits) allow.
+    /// More than [`Limits`](crate::limits::Limits) allow.
     #[error("{what}: {count} is more than the limit of {limit}")]
     Limit {
         /// What there is too much of.
@@ -177,6 +190,9 @@ pub enum Error {
     /// Metadata that does not say what it must.
     #[error("metadata: {0}")]
     Metadata(String),
+    /// Metadata that are no JSON object with the keys of their kind.
+    #[error("metadata")]
+    Json(#[source] serde_json::Error),
     /// A map of another kind.
     #[error("a map of kind \"{found}\", not {wanted}")]
     Kind {
@@ -196,6 +212,12 @@ pub enum Error {
     /// No such level.
     #[error("there is no level {0}")]
     NoSuchLevel(u32),
+    /// No such pixel.
+    #[error("pixel ({}, {}) is outside the map", .0[0], .0[1])]
+    NoSuchPixel([u32; 2]),
+    /// No such section.
+    #[error("there is no section {0}")]
+    NoSuchSection(u32),
     /// No such tile.
     #[error("there is no {0}")]
     NoSuchTile(TileId),
@@ -206,9 +228,24 @@ pub enum Error {
     /// this one error.
     #[error(transparent)]
     Shared(Arc<Error>),
-    /// A caller's value that the format cannot hold.
+    /// A tile that breaks a rule of the format, or is not the one that it is
+    /// written as.
+    #[error("{id}: {rule}")]
+    Tile {
+        /// Which tile.
+        id: TileId,
+        /// What it does not keep to.
+        rule: Cow<'static, str>,
+    },
+    /// A setting that is out of range, or has no use here.
     #[error("{0}")]
-    Caller(Cow<'static, str>),
+    Setting(Cow<'static, str>),
+    /// Maps, or a map and what is asked of it, that do not go together.
+    #[error("{0}")]
+    Mismatch(Cow<'static, str>),
+    /// A path that nothing can be read from or written to.
+    #[error("{0}")]
+    Path(&'static str),
 }
 
 impl Error {
@@ -220,16 +257,28 @@ impl Error {
         Self::Invalid { place, reason: reason.into() }
     }
 
-    pub(crate) fn caller(reason: impl Into<Cow<'static, str>>) -> Self {
-        Self::Caller(reason.into())
+    pub(crate) fn setting(reason: impl Into<Cow<'static, str>>) -> Self {
+        Self::Setting(reason.into())
     }
 
-    /// Names the file in the error, unless it names one already.
+    pub(crate) fn mismatch(reason: impl Into<Cow<'static, str>>) -> Self {
+        Self::Mismatch(reason.into())
+    }
+
+    /// The error with the file's name, unless it has one already or there is
+    /// no file.
+    ///
+    /// ```
+    /// use dsm_io::Error;
+    ///
+    /// let error = Error::NoSuchLevel(3).in_file(std::path::Path::new("hair.dsm"));
+    /// assert_eq!(error.to_string(), "hair.dsm: there is no level 3");
+    /// ```
     #[must_use]
-    pub fn in_file(self, path: Option<&Path>) -> Self {
-        match (self, path) {
-            (error @ Self::File { .. }, _) | (error, None) => error,
-            (error, Some(path)) => Self::File { path: path.to_owned(), error: Box::new(error) },
+    pub fn in_file<'a>(self, path: impl Into<Option<&'a Path>>) -> Self {
+        match (self, path.into()) {
+            (error @ Self::File(_), _) | (error, None) => error,
+            (error, Some(path)) => Self::File(InFile::new(path, error)),
         }
     }
 }

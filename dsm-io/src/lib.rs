@@ -25,50 +25,77 @@ mod limits;
 mod measured_pixels;
 mod merge;
 mod metadata;
+mod progress;
 mod pyramid;
 mod reader;
 mod region;
 mod row_order;
+mod section_kind;
 mod source;
 mod tile;
+mod tile_id;
+mod worst_pixel;
 mod writer;
 
 /// Deep OpenEXR images, whose types the options of an export and the readers
 /// of [`MapSource`] are.
 pub use deep_exr;
 
-pub use achieved_error::AchievedError;
-pub use any::{AnyCachedMap, AnyDeepMap};
+pub use any::AnyDeepMap;
 pub use attribute::Attribute;
 pub use bake::{BakeOptions, BakeReport, bake};
-pub use cache::{
-    CacheStatistics, CachedMap, CachedShadow, CachedTile, CursorPool, LookupCursor, TileCache,
-};
-pub use codec::tile_columns::{ColumnReader, TileColumn};
-pub use codec::{Block, Codec, EncodedTile};
-pub use convert::{
-    ConvertOptions, ExportOptions, ExportReport, ImportReport, MapDifference, MapSource,
-    WorstPixel, check_bound, compare, compare_levels, convert, export_deep_exr,
-};
-pub use crop::Crop;
+pub use cache::TileCache;
+pub use cache::map::CachedMap;
+pub use cache::shadow::CachedShadow;
+pub use cache::statistics::CacheStatistics;
+pub use codec::{Block, Codec};
+pub use convert::compare::{MapDifference, check_bound, compare, compare_levels};
+pub use convert::export::{ExportReport, export_deep_exr};
+pub use convert::export_options::ExportOptions;
+pub use convert::report::ImportReport;
+pub use convert::source::MapSource;
+pub use convert::tiles::{ConvertOptions, convert};
 pub use error::{Error, Place, Result};
-pub use format::atomic_file::replace_file;
 pub use format::container::Container;
-pub use format::directory::{TileDirectory, TileEntry};
 pub use format::level::Level;
-pub use format::section::SectionKind;
-pub use format::tile_id::{TileId, TileRect};
-pub use format::write::ContainerWriter;
-pub use kind::{
-    Deep, DeepKeys, ErasedMap, FieldKind, KindReader, KindWriter, Kinds, MapKind, MapSummary,
-    MapTile, PixelContents, PixelValue, StoredTile, SummaryValue,
-};
+pub use format::version::FORMAT_VERSION;
+pub use kind::{Kinds, MapKind, MapSummary, PixelContents};
 pub use limits::Limits;
 pub use merge::{MergeReport, merge};
 pub use metadata::Metadata;
-pub use pyramid::{PixelFunctions, PyramidOptions, PyramidSource, SourceTile, build_pyramid, mip};
+pub use pyramid::plan::PyramidOptions;
+pub use pyramid::stored::mip;
 pub use reader::MapReader;
-pub use row_order::RowOrder;
-pub use source::{MappedFile, Memory, Source};
-pub use tile::Tile;
+pub use source::Source;
+pub use tile_id::TileRect;
 pub use writer::{MapWriter, WriteOptions, write_map};
+
+/// Parts that the other crates of this family stand on. They may change with any
+/// version.
+#[doc(hidden)]
+pub mod detail {
+    pub use crate::achieved_error::AchievedError;
+    pub use crate::any::AnyCachedMap;
+    pub use crate::cache::cursor::LookupCursor;
+    pub use crate::cache::shadow::CursorPool;
+    pub use crate::cache::tile::CachedTile;
+    pub use crate::codec::tile_columns::{ColumnReader, TileColumn};
+    pub use crate::crop::Crop;
+    pub use crate::format::atomic_file::{check_output, replace_file};
+    pub use crate::format::directory::{TileDirectory, TileEntry};
+    pub use crate::format::encoded_tile::EncodedTile;
+    pub use crate::format::write::ContainerWriter;
+    pub use crate::kind::{
+        Deep, DeepKeys, ErasedMap, FieldKind, KindReader, KindWriter, MapTile, PixelValue,
+        StoredTile, SummaryValue,
+    };
+    pub use crate::pyramid::build::build_pyramid;
+    pub use crate::pyramid::source::{PixelFunctions, PyramidSource, SourceTile};
+    pub use crate::row_order::RowOrder;
+    pub use crate::section_kind::SectionKind;
+    pub use crate::source::mapped::MappedFile;
+    pub use crate::source::memory::Memory;
+    pub use crate::tile::Tile;
+    pub use crate::tile_id::TileId;
+    pub use crate::worst_pixel::WorstPixel;
+}

@@ -1,11 +1,10 @@
 //! What a reader accepts before it gives up on a file.
 
-/// Upper limits on what a file may ask a reader to hold.
+/// Upper limits on the memory and the parts that a map's file may ask for.
 ///
-/// Every size that a file states is compared with one of these, and with what
-/// a file of its length can physically contain, before memory is taken for it.
-/// The defaults are far above what production files need; lower them where
-/// files come from strangers, raise them for an unusually large file.
+/// A reader compares each stated size with its limit, and with what a file of
+/// that length can hold, before it allocates. Production files stay far below
+/// the defaults: lower them for strangers' files, raise them for a huge one.
 ///
 /// ```
 /// use dsm_io::Limits;

@@ -1,11 +1,10 @@
 //! Compression that measures its own error.
 
-use dsm_core::{
-    GreedyCompressor, PixelLists, PixelListsBuilder, SumVertex, Tolerance, Transmittance,
-    VisibilityDifference, VisibilityView,
-};
+use dsm_core::detail::{GreedyCompressor, SumVertex, VisibilityDifference, VisibilityView};
+use dsm_core::{PixelLists, PixelListsBuilder, Tolerance, Transmittance};
 
-use crate::{AchievedError, Result};
+use crate::achieved_error::AchievedError;
+use crate::error::Result;
 
 /// Compresses pixels row by row and measures, on the `f32` values that are
 /// stored, what that costs.

@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use dsm_core::MapInfo;
 use serde::{Deserialize, Serialize};
 
+use crate::attribute::Attribute;
+use crate::error::{Error, Result};
 use crate::kind::{Deep, DeepKeys, MapKind};
-use crate::{Attribute, Error, Result};
 
 /// What a map says of itself.
 ///
@@ -188,5 +189,5 @@ impl Metadata {
 }
 
 fn json_error(error: serde_json::Error) -> Error {
-    Error::Metadata(error.to_string())
+    Error::Json(error)
 }

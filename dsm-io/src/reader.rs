@@ -6,14 +6,15 @@ use crate::codec::Block;
 use crate::columns::Columns;
 use crate::error::Result;
 use crate::format::level::Level;
-use crate::format::tile_id::TileId;
 use crate::kind::{Deep, KindReader, StoredTile};
 use crate::tile::Tile;
+use crate::tile_id::TileId;
 
 /// An open deep map. Any number of threads may read from it.
 ///
 /// ```no_run
-/// use dsm_io::{Limits, MapReader, TileId};
+/// use dsm_io::{Limits, MapReader};
+/// use dsm_io::detail::TileId;
 ///
 /// let reader = MapReader::open("shadow.dsm", &Limits::default())?;
 /// let tile = reader.tile::<f32>(TileId::new(0, 0, 0))?;
@@ -28,8 +29,8 @@ impl KindReader<Deep> {
     ///
     /// # Errors
     ///
-    /// [`Error::Channels`](crate::Error::Channels) if `T` has another number of
-    /// channels than the map, [`Error::NoSuchTile`](crate::Error::NoSuchTile), or
+    /// [`Error::Channels`](crate::error::Error::Channels) if `T` has another number of
+    /// channels than the map, [`Error::NoSuchTile`](crate::error::Error::NoSuchTile), or
     /// what is wrong with the tile.
     pub fn tile<T: Transmittance>(&self, id: TileId) -> Result<Tile<'_, T>> {
         self.check_channels::<T>()?;
@@ -59,7 +60,7 @@ impl KindReader<Deep> {
     ///
     /// # Errors
     ///
-    /// [`Error::Limit`](crate::Error::Limit) if the level has more pixels, bytes
+    /// [`Error::Limit`](crate::error::Error::Limit) if the level has more pixels, bytes
     /// or values than a map in memory may have; else as [`Self::tile`].
     pub fn read_map<T: Transmittance>(&self, level: u32) -> Result<DeepMap<T>> {
         self.check_channels::<T>()?;

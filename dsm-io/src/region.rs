@@ -2,12 +2,15 @@
 
 use std::ops::Range;
 
-use dsm_core::{SumVertex, Transmittance, Vertex, VisibilityView};
+use dsm_core::detail::{SumVertex, VisibilityView};
+use dsm_core::{Transmittance, Vertex};
 use rayon::prelude::*;
 
 use crate::blocks::tiles_of;
-use crate::format::tile_id::TileRect;
-use crate::{MapReader, Result, Tile};
+use crate::error::Result;
+use crate::reader::MapReader;
+use crate::tile::Tile;
+use crate::tile_id::TileRect;
 
 /// The functions of a rectangle of a level, decoded but for empty tiles. Pixels
 /// go by their place in the level.

@@ -1,6 +1,7 @@
 //! A tile's pixels, in place or decoded.
 
-use dsm_core::{PixelLists, PixelListsView};
+use dsm_core::PixelLists;
+use dsm_core::detail::PixelListsView;
 
 /// The pixels of a tile, whose every function was checked.
 #[derive(Clone, Debug)]

@@ -2,14 +2,19 @@
 
 use std::path::Path;
 
-use dsm_core::{DeepMap, PixelListsView, Transmittance};
+use dsm_core::detail::PixelListsView;
+use dsm_core::{DeepMap, Transmittance};
 
-use crate::codec::{Block, Codec, EncodedTile};
+use crate::achieved_error::AchievedError;
+use crate::codec::{Block, Codec};
 use crate::columns::Columns;
+use crate::crop::Crop;
+use crate::error::{Error, Result};
+use crate::format::encoded_tile::EncodedTile;
 use crate::format::level::Level;
-use crate::format::tile_id::TileId;
 use crate::kind::{Deep, DeepKeys, KindWriter};
-use crate::{AchievedError, Crop, Error, Metadata, Result};
+use crate::metadata::Metadata;
+use crate::tile_id::TileId;
 
 /// How a map is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,7 +70,8 @@ impl WriteOptions {
 ///
 /// ```
 /// use dsm_core::{MapInfo, PixelListsBuilder, Vertex};
-/// use dsm_io::{AchievedError, Limits, MapReader, MapWriter, Metadata, TileId, WriteOptions};
+/// use dsm_io::{Limits, MapReader, MapWriter, Metadata, WriteOptions};
+/// use dsm_io::detail::{AchievedError, TileId};
 ///
 /// let mut pixels = PixelListsBuilder::<f32>::new(2, 1);
 /// pixels.push(Vertex::new(2.0, 1.0));
@@ -97,7 +103,7 @@ impl MapWriter {
     ///
     /// # Errors
     ///
-    /// [`Error::Metadata`] or [`Error::Caller`] if the metadata or options
+    /// [`Error::Metadata`] or [`Error::Setting`] if the metadata or options
     /// break a rule; [`Error::Limit`] if a reader would not accept them by
     /// default; [`Error::File`] if no file can be created there.
     pub fn create(
@@ -118,7 +124,8 @@ impl MapWriter {
     ///
     /// ```
     /// use dsm_core::MapInfo;
-    /// use dsm_io::{Crop, Limits, MapReader, MapWriter, Metadata, WriteOptions};
+    /// use dsm_io::{Limits, MapReader, MapWriter, Metadata, WriteOptions};
+    /// use dsm_io::detail::Crop;
     ///
     /// # let folder = tempfile::tempdir()?;
     /// # let path = folder.path().join("right.dsm");
@@ -134,7 +141,7 @@ impl MapWriter {
     ///
     /// # Errors
     ///
-    /// As [`Self::create`], and [`Error::Caller`] if the crop does not lie in
+    /// As [`Self::create`], and [`Error::Setting`] if the crop does not lie in
     /// the map, or doesn't begin and end on the borders of tiles or at the
     /// map's edge.
     pub fn create_crop(
@@ -143,7 +150,7 @@ impl MapWriter {
         crop: Crop,
         options: WriteOptions,
     ) -> Result<Self> {
-        let past = |_| Error::caller("a crop must begin before pixel 2³¹");
+        let past = |_| Error::setting("a crop must begin before pixel 2³¹");
         let tolerance = metadata.info.tolerance.epsilon();
         let level = Level {
             x: crop.x.try_into().map_err(past)?,
@@ -155,10 +162,10 @@ impl MapWriter {
 
     fn start(path: &Path, metadata: Metadata, level: Level, options: WriteOptions) -> Result<Self> {
         if let Some(rule) = level.broken_rule() {
-            return Err(Error::caller(rule));
+            return Err(Error::setting(rule));
         }
         let whole = [metadata.width, metadata.height];
-        let is_crop = Crop::of_level(&level, whole).map_err(Error::caller)?.is_some();
+        let is_crop = Crop::of_level(&level, whole).map_err(Error::setting)?.is_some();
         let file = KindWriter::start(path, metadata, &DeepKeys {}, level, options)?;
         Ok(Self { file, is_crop })
     }
@@ -167,11 +174,11 @@ impl MapWriter {
     ///
     /// # Errors
     ///
-    /// [`Error::Caller`] if its sizes break a rule, or its view and number
+    /// [`Error::Setting`] if its sizes break a rule, or its view and number
     /// don't follow those of the level before, or this is a crop.
     pub fn add_level(&mut self, level: Level) -> Result<u32> {
         if self.is_crop {
-            return Err(Error::caller("a part of a map has one level"));
+            return Err(Error::setting("a part of a map has one level"));
         }
         self.file.add_level(level)
     }
@@ -199,7 +206,7 @@ impl MapWriter {
     /// # Errors
     ///
     /// As [`Self::write_encoded`], and [`Error::Channels`] if `T` has another
-    /// number of channels than the map, or [`Error::Caller`] if the pixels
+    /// number of channels than the map, or [`Error::Tile`] if the pixels
     /// have another size than the tile.
     pub fn write_tile<T: Transmittance>(
         &mut self,
@@ -221,7 +228,7 @@ impl MapWriter {
     ///
     /// # Errors
     ///
-    /// [`Error::NoSuchTile`], [`Error::WrittenTwice`]; [`Error::Caller`] if
+    /// [`Error::NoSuchTile`], [`Error::WrittenTwice`]; [`Error::Tile`] if
     /// `error` breaks a rule or the level's tolerance; [`Error::File`] if the
     /// file cannot be written, and then it cannot be finished.
     pub fn write_encoded(

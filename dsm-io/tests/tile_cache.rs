@@ -11,13 +11,15 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use dsm_core::detail::{BlockVisitor, InFile};
 use dsm_core::{
-    BlockVisitor, DeepMap, Filter, FilterShape, Footprint, LevelChoice, MapInfo, PixelListsBuilder,
-    Pyramid, Receiver, Rgb, Transmittance, Vertex, VisibilityField, filtered_lookup,
+    DeepMap, Filter, FilterShape, Footprint, LevelChoice, MapInfo, PixelListsBuilder, Pyramid,
+    Receiver, Rgb, Transmittance, Vertex, VisibilityField, filtered_lookup,
 };
+use dsm_io::detail::{AchievedError, LookupCursor, Memory, TileId};
 use dsm_io::{
-    AchievedError, Block, Container, Error, Level, Limits, LookupCursor, MapReader, MapWriter,
-    Memory, Metadata, Source, TileCache, TileId, WriteOptions, write_map,
+    Block, Container, Error, Level, Limits, MapReader, MapWriter, Metadata, Source, TileCache,
+    WriteOptions, write_map,
 };
 
 const SIZE: [u32; 2] = [150, 100];
@@ -358,12 +360,12 @@ fn what_is_not_there_is_an_error() {
     let error = cached.tile(TileId::new(0, 99, 0)).unwrap_err();
     assert!(matches!(
         error,
-        Error::File { error, .. } if matches!(*error, Error::NoSuchTile(TileId { x: 99, .. }))
+        Error::File(InFile { error, .. }) if matches!(*error, Error::NoSuchTile(TileId { x: 99, .. }))
     ));
     let cursor = cached.level_cursor(0).unwrap();
     assert_eq!((cursor.size(), cursor.level()), (SIZE, 0));
     for pixel in [[SIZE[0], 0], [0, SIZE[1]], [u32::MAX; 2]] {
-        assert!(matches!(cursor.evaluate(pixel, 1.0), Err(Error::Caller(_))), "{pixel:?}");
+        assert!(matches!(cursor.evaluate(pixel, 1.0), Err(Error::NoSuchPixel(_))), "{pixel:?}");
     }
 }
 
@@ -511,6 +513,6 @@ fn a_block_fetches_only_tiles_that_it_asks() {
     assert_eq!((statistics.misses, statistics.hits), (2, 2 * (8 + 6) + 2 - 2));
     let bounds = [SIZE[0] - 1..SIZE[0] + 1, 0..1];
     let mut outside = Diagonal { cursor: &cursor, bounds, row: 0, taken: vec![] };
-    assert!(matches!(cursor.evaluate_block(&mut outside), Err(Error::Caller(_))));
+    assert!(matches!(cursor.evaluate_block(&mut outside), Err(Error::NoSuchPixel(_))));
     assert!(outside.taken.is_empty());
 }

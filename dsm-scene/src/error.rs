@@ -1,9 +1,10 @@
 //! What can be wrong with a scene or a file of one, and where in it.
 
 use std::borrow::Cow;
-use std::fmt;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use std::{fmt, io};
+
+use dsm_core::detail::InFile;
 
 /// A part of a file or of an object.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -48,25 +49,31 @@ impl fmt::Display for Place {
     }
 }
 
-/// Why a scene could not be made: what, where, and why. The message is one
-/// line and complete.
+/// Why a scene could not be made: what, where, and why.
+///
+/// The message is one line. What the operating system said is not in it but the
+/// [`source`](std::error::Error::source): print the chain.
+///
+/// ```
+/// use std::error::Error as _;
+///
+/// let error = dsm_scene::detail::load_mesh("no/such.ply".as_ref()).unwrap_err();
+/// let cause = error.source().and_then(|cause| cause.downcast_ref::<std::io::Error>());
+/// assert_eq!(cause.map(|cause| cause.kind()), Some(std::io::ErrorKind::NotFound));
+/// ```
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// What went wrong with this file.
-    #[error("{}: {error}", path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// What went wrong.
-        error: Box<Error>,
-    },
+    #[error(transparent)]
+    File(InFile<Error>),
     /// The operating system refused.
-    #[error("cannot {action}: {error}")]
+    #[error("cannot {action}")]
     Io {
         /// What was tried.
         action: &'static str,
         /// Its answer.
+        #[source]
         error: io::Error,
     },
     /// Something that is not as it has to be.
@@ -120,11 +127,12 @@ impl Error {
         Self::Malformed { place, reason: reason.into() }
     }
 
-    /// The same error, of this file.
-    pub(crate) fn in_file(self, path: &Path) -> Self {
+    /// The error with the file's name, unless it has one already.
+    #[must_use]
+    pub fn in_file(self, path: &Path) -> Self {
         match self {
-            Self::File { .. } => self,
-            error => Self::File { path: path.to_owned(), error: Box::new(error) },
+            Self::File(_) => self,
+            error => Self::File(InFile::new(path, error)),
         }
     }
 }

@@ -37,21 +37,31 @@ mod view;
 mod volume;
 
 pub use alpha::{Alpha, AlphaMode, AlphaTexture, Wrap};
-pub use bounds::Bounds;
 pub use builtin::{BUILTIN_SCENES, builtin_scene};
 pub use curves::Curves;
-pub use error::{Error, Place, Result};
+pub use error::{Error, Result};
 pub use file::open_scene;
 pub use hit_source::SceneHitSource;
-pub use load::{load_curves, load_mesh, load_shape, load_volume};
+pub use load::load_shape;
 pub use mesh::TriangleMesh;
-pub use raster::rasterizer::{Rasterizer, RasterizerBuilder};
 pub use raster::scene_rasterizer::SceneRasterizer;
-pub use raster::segment::Segment;
 pub use reference::SceneReference;
-pub use render::{Image, ImageDifference, RenderProgress, RenderSettings, Renderer, srgb_code};
+pub use render::{Image, ImageDifference, RenderSettings, Renderer};
 pub use scene::{Object, Scene, Shape};
-pub use trace::{TracedScene, Tracer};
+pub use trace::TracedScene;
 pub use transform::{Motion, Transform};
 pub use view::{Camera, Light, LightOutline};
 pub use volume::{Volume, VolumeBuilder};
+
+/// Parts that the other crates of this family stand on. They may change with any
+/// version.
+#[doc(hidden)]
+pub mod detail {
+    pub use crate::bounds::Bounds;
+    pub use crate::error::Place;
+    pub use crate::load::{load_curves, load_mesh, load_volume};
+    pub use crate::raster::rasterizer::{Rasterizer, RasterizerBuilder};
+    pub use crate::raster::segment::Segment;
+    pub use crate::render::srgb_code;
+    pub use crate::trace::Tracer;
+}

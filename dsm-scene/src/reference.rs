@@ -4,6 +4,7 @@ use std::convert::Infallible;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
+use dsm_core::random::golden;
 use dsm_core::{AreaLight, LightVisibility, OcclusionTracer, Ray, Transmittance};
 use dsm_trace::LightMean;
 use glam::DVec3;
@@ -88,11 +89,9 @@ impl<T: Transmittance> LightVisibility for SceneReference<T> {
         let rays = if is_point && !self.scene.is_moving() { 1 } else { self.rays };
         let mut tracer = self.scene.tracer();
         let mut mean = LightMean::new();
-        // The golden ratio spreads times evenly, whatever the number of rays.
-        let golden = 0.618_033_988_749_895;
-        let first = (seed as f64 * golden).fract();
+        let first = golden(0.0, seed as f64);
         for (index, point) in light.samples(receiver, rays, seed).enumerate() {
-            let time = (first + index as f64 * golden).fract();
+            let time = golden(first, index as f64);
             mean.add(tracer.transmittance(&self.shadow_ray(receiver, point, time)));
         }
         Ok(mean.of(rays))

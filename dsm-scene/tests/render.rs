@@ -173,8 +173,8 @@ fn a_picture_can_be_broken_off_and_a_shadow_can_fail() {
     let renderer = Renderer::new(Arc::clone(&traced), camera, light, settings(1));
     assert_eq!(renderer.render(&Failing, |_| ControlFlow::Continue(())), Err("no light"));
     let shadow = SceneReference::<f32>::new(Arc::clone(&traced));
-    let stop = |progress: dsm_scene::RenderProgress| {
-        assert_eq!(progress.blocks, 9);
+    let stop = |progress: dsm_core::Progress| {
+        assert_eq!(progress.total, 9);
         if progress.done > 2 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let broken: Result<_, Infallible> = renderer.render(&shadow, stop);

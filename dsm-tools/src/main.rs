@@ -28,7 +28,7 @@ fn main() -> ExitCode {
             return if error.use_stderr() { WRONG_USAGE.into() } else { ExitCode::SUCCESS };
         }
     };
-    let done = match request {
+    let done = request.check_outputs().and_then(|()| match request {
         Request::Bake(request) => cmd::bake::run(&request),
         Request::Convert(request) => cmd::convert::run(&request),
         Request::Demo(request) => cmd::demo::run(&request),
@@ -39,7 +39,7 @@ fn main() -> ExitCode {
         Request::Merge(request) => cmd::merge::run(&request),
         Request::Render(request) => cmd::render::run(&request),
         Request::Verify(request) => cmd::verify::run(&request),
-    };
+    });
     match done {
         Ok(()) => ExitCode::SUCCESS,
         // Whoever reads has seen enough.

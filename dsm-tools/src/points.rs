@@ -55,13 +55,16 @@ impl<R: Read> PointReader<R> {
             .terminator(Terminator::Any(b'\n'))
             .from_reader(ShortLines { source, length: 0 }.chain(&b"\n"[..]));
         let header = reader.byte_headers().context("reading the header")?;
+        if let Some(reason) = no_header(header) {
+            bail!(reason);
+        }
         let mut columns = [0; 3];
         for (column, name) in columns.iter_mut().zip(NAMES) {
             let mut places =
                 (0..header.len()).filter(|&index| header[index].trim_ascii() == name.as_bytes());
             *column = match (places.next(), places.next()) {
                 (Some(place), None) => place,
-                (None, _) => bail!("the header has no column {name}"),
+                (None, _) => bail!("the header has no column {name}; it has {}", names(header)),
                 (Some(_), Some(_)) => bail!("the header has two columns {name}"),
             };
         }
@@ -106,6 +109,36 @@ impl<R: Read> PointReader<R> {
             .sum();
         self.reader.position().line() - 1 - inside as u64
     }
+}
+
+/// Why a first line is not a header at all.
+fn no_header(line: &ByteRecord) -> Option<String> {
+    let text = |field: &[u8]| String::from_utf8_lossy(field.trim_ascii()).into_owned();
+    let fields: Vec<_> = line.iter().map(text).collect();
+    if fields.iter().all(String::is_empty) {
+        return Some("there is no header: the first line names the columns, x,y,z".to_owned());
+    }
+    if fields.iter().all(|field| field.parse::<f64>().is_ok()) {
+        let reason = "there is no header: the first line is numbers, and has to name the columns";
+        return Some(format!("{reason}, x,y,z"));
+    }
+    let is_split = |separator| fields.len() == 1 && fields[0].split(separator).count() >= 3;
+    let separators = [(';', "semicolons"), ('\t', "tabs"), ('|', "bars"), (' ', "blanks")];
+    let (_, other) = separators.into_iter().find(|&(separator, _)| is_split(separator))?;
+    Some(format!("the columns are separated by {other}, and have to be by commas"))
+}
+
+/// The names of a header's columns, or the first of many.
+fn names(header: &ByteRecord) -> String {
+    const SHOWN: usize = 12;
+    let name = |field: &[u8]| -> String {
+        String::from_utf8_lossy(field.trim_ascii()).chars().take(40).collect()
+    };
+    let mut names: Vec<_> = header.iter().take(SHOWN).map(name).collect();
+    if header.len() > SHOWN {
+        names.push(format!("and {} more", header.len() - SHOWN));
+    }
+    names.join(", ")
 }
 
 #[cfg(test)]
@@ -171,8 +204,29 @@ mod tests {
 
     #[test]
     fn headers_have_each_column_once() {
-        assert_eq!(refusal(""), "the header has no column x");
-        assert_eq!(refusal("x,y\n1,2\n"), "the header has no column z");
+        assert_eq!(refusal("x,y\n1,2\n"), "the header has no column z; it has x, y");
         assert_eq!(refusal("x,y,z,y\n"), "the header has two columns y");
+        assert_eq!(refusal("X, Y ,Z\n1,2,3\n"), "the header has no column x; it has X, Y, Z");
+        let many = format!("x,y{}\n", ",column".repeat(1000));
+        assert!(refusal(&many).ends_with(", column, and 990 more"), "{}", refusal(&many));
+    }
+
+    #[test]
+    fn first_lines_that_are_no_headers_are_told() {
+        for text in ["", "\n\n", "1,2,3\n4,5,6\n", " 0.5, -1e3,nan\n"] {
+            assert!(refusal(text).starts_with("there is no header: "), "{text:?}");
+        }
+        for (text, other) in [
+            ("x;y;z\n1;2;3\n", "semicolons"),
+            ("1;2;3\n", "semicolons"),
+            ("x\ty\tz\n", "tabs"),
+            ("x y z\n", "blanks"),
+            ("x|y|z\n", "bars"),
+        ] {
+            let reason = format!("the columns are separated by {other}, and have to be by commas");
+            assert_eq!(refusal(text), reason, "{text:?}");
+        }
+        // Blanks and semicolons within names are no separators.
+        assert_eq!(read("x,y,z,the name; or none\n1,2,3,a\n").unwrap(), [[1.0, 2.0, 3.0]]);
     }
 }

@@ -17,11 +17,20 @@ mod shadow_ray;
 mod statistics;
 mod walk;
 
-pub use layering::Layering;
 pub use light_frame::LightFrame;
 pub use light_mean::LightMean;
-pub use min_max_builder::MinMaxBuilder;
 pub use min_max_pyramid::MinMaxPyramid;
-pub use shadow_ray::{RayClip, ShadowRay};
-pub use statistics::{TraceCounters, TraceStatistics};
-pub use walk::{PixelLeaf, walk_every_pixel, walk_pixels};
+pub use shadow_ray::ShadowRay;
+pub use statistics::TraceStatistics;
+pub use walk::walk_pixels;
+
+/// Parts that the other crates of this family stand on. They may change with any
+/// version.
+#[doc(hidden)]
+pub mod detail {
+    pub use crate::layering::Layering;
+    pub use crate::min_max_builder::MinMaxBuilder;
+    pub use crate::shadow_ray::RayClip;
+    pub use crate::statistics::TraceCounters;
+    pub use crate::walk::{PixelLeaf, walk_every_pixel};
+}

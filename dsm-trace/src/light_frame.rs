@@ -1,6 +1,7 @@
 //! The space in which shadow rays of an area light are straight.
 
-use dsm_core::{AreaLight, Error, LightExtent, LightShape, Result, ShadowCamera};
+use dsm_core::detail::LightExtent;
+use dsm_core::{AreaLight, Error, LightShape, Result, ShadowCamera};
 use glam::{DAffine3, DMat2, DMat3, DVec2, DVec3, DVec4};
 
 use super::shadow_ray::ShadowRay;
@@ -99,7 +100,8 @@ impl LightFrame {
     /// depth 1: the tangents of half its angles.
     ///
     /// ```
-    /// use dsm_core::{LightExtent, LightShape};
+    /// use dsm_core::LightShape;
+    /// use dsm_core::detail::LightExtent;
     ///
     /// let light = LightExtent { shape: LightShape::Rectangle, size: [1.0, 0.5] };
     /// assert_eq!(dsm_trace::LightFrame::push_back(light, [0.5, 0.125]), 2.0);

@@ -8,7 +8,7 @@ use crate::min_max_pyramid::{EMPTY, MinMaxPyramid};
 /// map that is read tile by tile.
 ///
 /// ```
-/// use dsm_trace::MinMaxBuilder;
+/// use dsm_trace::detail::MinMaxBuilder;
 ///
 /// let mut builder = MinMaxBuilder::new([2, 1])?;
 /// builder.set_depths([1, 0], [2.0, 4.0], 0.0);

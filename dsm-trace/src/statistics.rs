@@ -18,7 +18,8 @@ pub struct TraceStatistics {
 /// [`TraceStatistics`] that any thread adds to.
 ///
 /// ```
-/// use dsm_trace::{TraceCounters, TraceStatistics};
+/// use dsm_trace::TraceStatistics;
+/// use dsm_trace::detail::TraceCounters;
 ///
 /// let counters = TraceCounters::default();
 /// counters.add(TraceStatistics { rays: 256, leaving: 3, beside: 0 });

@@ -4,8 +4,9 @@
 use std::ops::{ControlFlow, Range};
 use std::sync::{Mutex, PoisonError};
 
-use dsm_core::{BakeProgress, Baker, Error, HitSource, Result, SampledPixel, Transmittance};
-use dsm_io::RowOrder;
+use dsm_core::detail::SampledPixel;
+use dsm_core::{Baker, Error, HitSource, Progress, Result, Transmittance};
+use dsm_io::detail::RowOrder;
 use dsm_trace::LightFrame;
 
 use crate::depth_layers::{DepthLayers, MultilayerDepthMap};
@@ -114,7 +115,7 @@ impl<T: Transmittance, S: HitSource<T>> MultilayerBaker<T, S> {
         &self,
         encode: impl Fn(BakedLayers<LayeredPixels<T>>) -> std::result::Result<U, E> + Sync,
         sink: impl FnMut(U) -> std::result::Result<(), E> + Send,
-        watch: impl Fn(BakeProgress) -> ControlFlow<()> + Sync,
+        watch: impl Fn(Progress) -> ControlFlow<()> + Sync,
     ) -> std::result::Result<ControlFlow<()>, E> {
         self.baker.run_tiles(|tile| encode(self.tile(tile)?), sink, watch)
     }
@@ -165,7 +166,7 @@ impl<T: Transmittance, S: HitSource<T>> MultilayerBaker<T, S> {
         &self,
         encode: impl Fn(BakedLayers<DepthLayers<T>>) -> std::result::Result<U, E> + Sync,
         sink: impl FnMut(U) -> std::result::Result<(), E> + Send,
-        watch: impl Fn(BakeProgress) -> ControlFlow<()> + Sync,
+        watch: impl Fn(Progress) -> ControlFlow<()> + Sync,
     ) -> std::result::Result<ControlFlow<()>, E> {
         self.baker.run_tiles(|tile| encode(self.depth_tile(tile)?), sink, watch)
     }

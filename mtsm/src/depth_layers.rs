@@ -10,7 +10,7 @@ use crate::multilayer_settings::LayeredInfo;
 ///
 /// ```
 /// use dsm_core::SurfaceHit;
-/// use mtsm::DepthLayers;
+/// use mtsm::detail::DepthLayers;
 ///
 /// let mut pixels = DepthLayers::clear(2, 1, 2);
 /// for depth in [5.0, 3.0, 4.0] {

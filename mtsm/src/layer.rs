@@ -1,6 +1,7 @@
 //! A layer of a multilayer transparent shadow map, and a pixel's run of them.
 
-use dsm_core::{Transmittance, VisibilityView};
+use dsm_core::Transmittance;
+use dsm_core::detail::VisibilityView;
 
 /// A layer: (zᵢ, vᵢ, countᵢ) of Xie, Tabellion & Pearce 2007, §5.1.
 #[derive(Clone, Copy, Debug, PartialEq)]

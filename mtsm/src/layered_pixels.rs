@@ -10,7 +10,7 @@ use crate::layer::{Layer, LayerRun};
 /// and row by row runs, run by run layers.
 ///
 /// ```
-/// use mtsm::{Layer, LayeredPixelsBuilder};
+/// use mtsm::detail::{Layer, LayeredPixelsBuilder};
 ///
 /// let mut pixels = LayeredPixelsBuilder::new(1, 1);
 /// let sheet = |depth, visibility, count| Layer { depth, visibility, count };

@@ -23,17 +23,26 @@ mod soft_pcf;
 mod store;
 mod traced_map;
 
-pub use build::{BakedLayers, MultilayerBaker};
-pub use depth_layers::{DepthLayers, MultilayerDepthMap};
-pub use layer::{Layer, LayerRun};
-pub use layered_pixels::{LayeredPixels, LayeredPixelsBuilder};
+pub use build::MultilayerBaker;
+pub use depth_layers::MultilayerDepthMap;
 pub use leaf_rule::LeafRule;
 pub use multilayer_map::MultilayerMap;
-pub use multilayer_settings::{LayeredInfo, MultilayerSettings};
+pub use multilayer_settings::MultilayerSettings;
 pub use multilayer_tracer::{MultilayerTracer, TraceSettings};
 pub use soft_pcf::{FilteredLayers, SoftPercentageCloser};
 pub use store::bake::{bake_layers, bake_mtsm};
-pub use store::keys::LayeredKeys;
 pub use store::layers::Layers;
 pub use store::mtsm::Mtsm;
 pub use traced_map::{CachedLayers, TracedMap};
+
+/// Parts that the other crates of this family stand on. They may change with any
+/// version.
+#[doc(hidden)]
+pub mod detail {
+    pub use crate::build::BakedLayers;
+    pub use crate::depth_layers::DepthLayers;
+    pub use crate::layer::{Layer, LayerRun};
+    pub use crate::layered_pixels::{LayeredPixels, LayeredPixelsBuilder};
+    pub use crate::multilayer_settings::LayeredInfo;
+    pub use crate::store::keys::LayeredKeys;
+}

@@ -1,7 +1,7 @@
 //! What a bake of a layered map is asked for.
 
 use dsm_core::{BakeSettings, Error, MapInfo, Result, Tolerance};
-use dsm_trace::Layering;
+use dsm_trace::detail::Layering;
 
 /// How a layered map is sampled and built.
 ///

@@ -5,10 +5,8 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use dsm_core::{AreaLight, Error, LightVisibility, OcclusionTracer, Transmittance};
-use dsm_trace::{
-    LightFrame, LightMean, MinMaxBuilder, MinMaxPyramid, ShadowRay, TraceCounters, TraceStatistics,
-    walk_every_pixel, walk_pixels,
-};
+use dsm_trace::detail::{MinMaxBuilder, TraceCounters, walk_every_pixel};
+use dsm_trace::{LightFrame, LightMean, MinMaxPyramid, ShadowRay, TraceStatistics, walk_pixels};
 use glam::DVec3;
 
 use crate::layers_of_pixel::PixelLayers;

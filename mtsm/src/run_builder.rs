@@ -1,10 +1,11 @@
 //! From what a pixel's rays meet to its runs of layers (Xie, Tabellion & Pearce
 //! 2007, §5.1).
 
-use dsm_core::{
-    End, GreedyCompressor, RayHits, SampledPixel, SumVertex, Tolerance, Transmittance,
-    TransmittanceBuilder, TransmittanceFunction, Vertex, VisibilityDifference, VisibilitySweep,
+use dsm_core::detail::{
+    End, GreedyCompressor, SampledPixel, SumVertex, TransmittanceBuilder, TransmittanceFunction,
+    VisibilityDifference, VisibilitySweep,
 };
+use dsm_core::{RayHits, Tolerance, Transmittance, Vertex};
 
 use crate::layer::Layer;
 use crate::multilayer_settings::MultilayerSettings;

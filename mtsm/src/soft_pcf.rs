@@ -4,7 +4,8 @@
 use std::sync::Arc;
 
 use dsm_core::{AreaLight, Error, LightVisibility, Transmittance};
-use dsm_trace::{LightFrame, LightMean, TraceCounters, TraceStatistics};
+use dsm_trace::detail::TraceCounters;
+use dsm_trace::{LightFrame, LightMean, TraceStatistics};
 use glam::DVec3;
 
 use crate::layers_of_pixel::PixelLayers;

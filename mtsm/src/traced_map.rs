@@ -5,7 +5,8 @@ use std::convert::Infallible;
 use std::sync::{Mutex, PoisonError};
 
 use dsm_core::{Error, Result, Transmittance};
-use dsm_io::{CachedMap, LookupCursor, MapKind};
+use dsm_io::detail::LookupCursor;
+use dsm_io::{CachedMap, MapKind};
 use dsm_trace::LightFrame;
 
 use crate::depth_layers::{DepthLayers, MultilayerDepthMap};
@@ -180,7 +181,8 @@ impl<T: Transmittance> sealed::Layers for MultilayerDepthMap<T> {
 ///
 /// ```no_run
 /// use std::sync::Arc;
-/// use dsm_io::{KindReader, Limits, TileCache};
+/// use dsm_io::{Limits, TileCache};
+/// use dsm_io::detail::KindReader;
 /// use mtsm::{CachedLayers, Mtsm, MultilayerTracer, TraceSettings};
 ///
 /// let cache = TileCache::new(256 << 20);

@@ -8,10 +8,12 @@
 use std::path::Path;
 use std::time::Instant;
 
+use dsm_core::Progress;
 use dsm_core::{MapInfo, PixelLists, PixelListsBuilder, Tolerance, Vertex};
+use dsm_io::detail::{AchievedError, TileId};
 use dsm_io::{
-    AchievedError, Block, ConvertOptions, Limits, MapReader, MapSource, MapWriter, Metadata,
-    PyramidOptions, TileId, WriteOptions, convert, mip,
+    Block, ConvertOptions, Limits, MapReader, MapSource, MapWriter, Metadata, PyramidOptions,
+    WriteOptions, convert, mip,
 };
 
 const SIZE: u32 = 16_384;
@@ -108,7 +110,11 @@ fn a_huge_empty_map_takes_little_memory_and_time() {
     tell("written");
 
     let mut tiles = (0, 0);
-    mip(&open(&path), &path, &PyramidOptions::default(), |done, of| tiles = (done, of)).unwrap();
+    mip(&open(&path), &path, &PyramidOptions::default(), |tile| {
+        tiles = (tile.done, tile.total);
+        Progress::ignore(tile)
+    })
+    .unwrap();
     assert_eq!(tiles, (written, written));
     tell("mip-mapped");
 
@@ -134,7 +140,7 @@ fn a_huge_empty_map_takes_little_memory_and_time() {
         ..options
     };
     let mut source = MapSource::open(&path, None, &Limits::default()).unwrap();
-    convert(&mut source, &copy, &options, |_| ()).unwrap();
+    convert(&mut source, &copy, &options, Progress::ignore).unwrap();
     assert!((blocked(&open(&copy), 0).0 - whole).abs() < 1e-12);
     tell("cut into larger tiles");
 

@@ -5,7 +5,19 @@ use crate::channel::{AlphaChannels, Channel};
 use crate::layout::Layout;
 use crate::window::Window;
 
-/// The header of the part that is being read.
+/// Header of the part that is read.
+///
+/// ```no_run
+/// use deep_exr::{DeepExrReader, Limits};
+///
+/// let reader = DeepExrReader::open("smoke.exr".as_ref(), None, &Limits::default())?;
+/// let header = reader.header();
+/// println!("{} x {}, {:?}", header.width, header.height, header.layout);
+/// for attribute in &header.attributes {
+///     println!("{}: {} bytes", attribute.name_text(), attribute.value.len());
+/// }
+/// # Ok::<(), deep_exr::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Header {
@@ -27,18 +39,18 @@ pub struct Header {
     pub screen_window_center: [f32; 2],
     /// Width of the screen window.
     pub screen_window_width: f32,
-    /// Whether the part is deep; in a flat one each pixel is one sample.
+    /// True for a deep part; in a flat one each pixel is one sample.
     pub deep: bool,
     /// Scan lines or tiles.
     pub layout: Layout,
-    /// Whether the tiles are those of a mip- or rip-map, whose smaller levels
-    /// are not read.
+    /// True for the tiles of a mip- or rip-map, whose smaller levels are not
+    /// read.
     pub has_levels: bool,
     /// Name of the compression, such as `ZIPS`.
     pub compression: &'static str,
-    /// Where opacity comes from.
+    /// Channels that hold opacity.
     pub alpha: AlphaChannels,
-    /// Whether samples have a back depth.
+    /// True if samples have a back depth.
     pub has_z_back: bool,
     /// All channels, in the file's order, with those that are not read.
     pub channels: Vec<Channel>,

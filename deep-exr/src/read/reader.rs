@@ -15,8 +15,8 @@ use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::rows::DeepRows;
 
-/// Reads the samples of one part of a deep (or flat) OpenEXR file, some rows
-/// at a time.
+/// Reader of the samples of one part of a deep (or flat) OpenEXR file, some rows at
+/// a time.
 ///
 /// ```no_run
 /// use deep_exr::{DeepExrReader, Limits};
@@ -86,7 +86,7 @@ impl DeepExrReader {
         })
     }
 
-    /// What the part's header says.
+    /// Header of the part.
     #[must_use]
     pub fn header(&self) -> &Header {
         &self.decoder.part.header

@@ -2,7 +2,7 @@
 
 use crate::codec::packing::Packing;
 
-/// How the chunks of a written image are compressed.
+/// Compression of a written image's chunks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Compression {

@@ -11,7 +11,7 @@ use crate::codec::pack::Packer;
 use crate::error::{Error, Result};
 use crate::rows::{Alpha, DeepRows};
 
-/// A chunk as it is stored, without its place.
+/// Chunk as a file stores it, without its place.
 #[derive(Clone, Debug)]
 pub struct EncodedChunk {
     pub(super) size: [u32; 2],
@@ -21,11 +21,12 @@ pub struct EncodedChunk {
     pub(super) max_samples: u32,
 }
 
-/// Turns the pixels of blocks into chunks, in buffers that are kept: one for
-/// each thread that does so.
+/// Encoder of blocks of pixels into chunks, with buffers that are kept: one for
+/// each thread.
 ///
 /// ```
-/// use deep_exr::{ChunkEncoder, DeepExrWriter, DeepSample, Layout, WriteOptions};
+/// use deep_exr::{DeepExrWriter, DeepSample, Layout, WriteOptions};
+/// use deep_exr::detail::ChunkEncoder;
 ///
 /// let options = WriteOptions::new(8, 4).layout(Layout::Tiles { width: 4, height: 4 });
 /// let mut writer = DeepExrWriter::new(std::io::Cursor::new(Vec::new()), &options)?;

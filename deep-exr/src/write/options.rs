@@ -13,8 +13,7 @@ use crate::read::header::Header;
 use crate::rows::DeepRows;
 use crate::window::Window;
 
-/// The size, channels, layout, compression and attributes of a deep image that
-/// is written.
+/// Size, channels, layout, compression and attributes of a written deep image.
 ///
 /// ```
 /// use deep_exr::{AlphaChannels, Attribute, Compression, Layout, SampleType, WriteOptions};
@@ -118,14 +117,14 @@ impl WriteOptions {
         self
     }
 
-    /// How chunks are compressed.
+    /// Compression of the chunks. Default: ZIPS.
     #[must_use]
     pub fn compression(mut self, compression: Compression) -> Self {
         self.compression = compression;
         self
     }
 
-    /// Which opacities samples have, and how they are stored. Beside those of
+    /// Opacities of the samples, and their storage format. Beside those of
     /// colours stands their mean, in `A`, for programs that know no other.
     #[must_use]
     pub fn alpha(mut self, alpha: AlphaChannels, sample_type: SampleType) -> Self {
@@ -133,7 +132,7 @@ impl WriteOptions {
         self
     }
 
-    /// Whether samples have a back, in `ZBack`. Default: yes.
+    /// Back depths of the samples, in `ZBack`. Default: yes.
     #[must_use]
     pub fn z_back(mut self, z_back: bool) -> Self {
         self.z_back = z_back;
@@ -169,7 +168,7 @@ impl WriteOptions {
         alphas.chain(depths.iter().map(|name| channel(name, ChannelType::Float))).collect()
     }
 
-    /// How the image is cut into chunks.
+    /// Grid of the image's chunks.
     ///
     /// # Errors
     ///

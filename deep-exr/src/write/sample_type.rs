@@ -4,7 +4,7 @@ use half::f16;
 
 use crate::channel::ChannelType;
 
-/// How a written image stores opacities. Depths are always 32-bit floats.
+/// Storage format of a written image's opacities; depths are 32-bit floats.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SampleType {
     /// 32-bit floats.

@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::grid::{Block, ChunkGrid};
 use crate::rows::DeepRows;
 
-/// Writes a deep image of one part to the start of a file, or of anything else
+/// Writer of a deep image of one part, to the start of a file or of anything else
 /// that can seek.
 ///
 /// The header and the table of the chunks' places stand first in a file and
@@ -96,7 +96,7 @@ impl<W: Write + Seek> DeepExrWriter<W> {
         Ok(())
     }
 
-    /// How the image is cut into chunks.
+    /// Grid of the image's chunks.
     pub fn grid(&self) -> ChunkGrid {
         self.grid
     }

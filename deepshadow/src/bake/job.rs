@@ -3,7 +3,8 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use dsm_core::{BakeProgress, LightExtent, Rgb, Tolerance, Transmittance, ViewRaster};
+use dsm_core::detail::LightExtent;
+use dsm_core::{Progress, Rgb, Tolerance, Transmittance, ViewRaster};
 use dsm_io::Metadata;
 use dsm_scene::Light;
 
@@ -30,7 +31,7 @@ pub fn bake(
     light: &Light,
     settings: &Bake,
     output: &Path,
-    watch: impl Fn(BakeProgress) -> ControlFlow<()> + Sync,
+    watch: impl Fn(Progress) -> ControlFlow<()> + Sync,
 ) -> Result<BakeReport> {
     settings.check()?;
     let coloured = match settings.channels {
@@ -54,7 +55,7 @@ pub(crate) struct Job<'a> {
     pub(crate) extent: LightExtent,
     pub(crate) settings: &'a Bake,
     coloured: bool,
-    watch: &'a (dyn Fn(BakeProgress) -> ControlFlow<()> + Sync),
+    watch: &'a (dyn Fn(Progress) -> ControlFlow<()> + Sync),
 }
 
 /// Hits through a view.
@@ -74,7 +75,7 @@ impl Job<'_> {
     }
 
     /// Tells the caller how far the bake has come.
-    pub(crate) fn watch(&self, progress: BakeProgress) -> ControlFlow<()> {
+    pub(crate) fn watch(&self, progress: Progress) -> ControlFlow<()> {
         (self.watch)(progress)
     }
 

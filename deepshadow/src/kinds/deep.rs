@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use dsm_core::{BakeSettings, Baker, PixelSampling, Quantization, Transmittance, ViewRaster};
-use dsm_io::{BakeOptions, Codec, Container, ErasedMap};
+use dsm_io::detail::ErasedMap;
+use dsm_io::{BakeOptions, Codec, Container};
 
 use super::kind::{ShadowKind, refuse};
 use crate::bake::{AnyHitSource, Bake, BakeReport, Job, Seen};
@@ -39,7 +40,7 @@ impl ShadowKind for Deep {
     }
 
     fn open(&self, container: Container, options: &OpenOptions) -> Result<Box<dyn OpenMap>> {
-        Ok(Box::new(CachedFile::<dsm_io::Deep>::open(container, options)?))
+        Ok(Box::new(CachedFile::<dsm_io::detail::Deep>::open(container, options)?))
     }
 
     fn bake(&self, job: &Job<'_>, output: &Path) -> Result<BakeReport> {
@@ -51,7 +52,7 @@ impl ShadowKind for Deep {
     }
 }
 
-impl OpenMap for CachedFile<dsm_io::Deep> {
+impl OpenMap for CachedFile<dsm_io::detail::Deep> {
     fn file(&self) -> &dyn ErasedMap {
         self.reader()
     }

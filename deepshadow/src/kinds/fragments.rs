@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use dsm_core::{Tolerance, Transmittance, ViewRaster};
-use dsm_io::{CachedMap, Container, ErasedMap};
+use dsm_io::detail::ErasedMap;
+use dsm_io::{CachedMap, Container};
 use shadow_maps::fragments::{self, FragmentBuilder, FragmentTracer, bake_fragments};
 
 use super::kind::ShadowKind;

@@ -2,15 +2,17 @@
 
 use std::sync::Arc;
 
+use dsm_core::detail::LightExtent;
 use dsm_core::{
-    AreaLight, BakeSettings, LightExtent, LightShape, PixelSampling, Tolerance, Transmittance,
-    ViewRaster,
+    AreaLight, BakeSettings, LightShape, PixelSampling, Tolerance, Transmittance, ViewRaster,
 };
-use dsm_io::{CachedMap, Codec, KindReader, MapKind};
+use dsm_io::detail::KindReader;
+use dsm_io::{CachedMap, Codec, MapKind};
 use dsm_trace::LightFrame;
+use mtsm::detail::LayeredKeys;
 use mtsm::{
-    CachedLayers, FilteredLayers, LayeredKeys, MultilayerSettings, MultilayerTracer,
-    SoftPercentageCloser, TraceSettings, TracedMap,
+    CachedLayers, FilteredLayers, MultilayerSettings, MultilayerTracer, SoftPercentageCloser,
+    TraceSettings, TracedMap,
 };
 
 use super::kind::refuse;

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use dsm_core::{Tolerance, Transmittance, ViewRaster};
-use dsm_io::{Container, ErasedMap};
+use dsm_io::Container;
+use dsm_io::detail::ErasedMap;
 use mtsm::{MultilayerBaker, bake_layers};
 
 use super::kind::{ShadowKind, refuse};

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use dsm_core::{Transmittance, ViewRaster};
-use dsm_io::{Container, ErasedMap};
+use dsm_io::Container;
+use dsm_io::detail::ErasedMap;
 use mtsm::{MultilayerBaker, MultilayerSettings, bake_mtsm};
 
 use super::kind::{ShadowKind, refuse};

@@ -1,6 +1,6 @@
 //! An open map without its type.
 
-use dsm_io::ErasedMap;
+use dsm_io::detail::ErasedMap;
 
 use crate::error::Result;
 use crate::query::{Method, Query};

@@ -1,13 +1,15 @@
 //! Maps of any kind.
 
 use std::fmt;
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
-use dsm_core::MapInfo;
+use dsm_core::{MapInfo, Progress};
+use dsm_io::detail::ErasedMap;
 use dsm_io::{
-    AnyDeepMap, Container, ErasedMap, Error as FileError, Level, Limits, MapReader, MapSource,
-    MapSummary, Metadata, PixelContents, TileRect, check_bound,
+    AnyDeepMap, Container, Error as FileError, Level, Limits, MapReader, MapSource, MapSummary,
+    Metadata, PixelContents, TileRect, check_bound,
 };
 use glam::DVec3;
 
@@ -161,20 +163,24 @@ impl ShadowMap {
 
     /// Compares every visibility function of the finest level with those of
     /// `source`, the map or image that it was made of, within the bound that the
-    /// map states. `rows_done` is told how many rows are.
+    /// map states. `watch` is told of rows.
     ///
     /// # Errors
     ///
     /// [`Error::Query`] for kinds without a bound, [`Error::File`] with the worst
     /// pixel if the bound is broken, or with what is wrong with the source.
-    pub fn check_against(&self, source: &mut MapSource, rows_done: impl FnMut(u32)) -> Result<()> {
+    pub fn check_against(
+        &self,
+        source: &mut MapSource,
+        watch: impl FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<()> {
         let path = self.container().path().unwrap_or(Path::new(""));
         if self.kind() != Kind::DEEP.name() {
             let reason = format!("a map of kind {} has no source to be held to", self.kind());
             return Err(Error::Query { path: path.to_owned(), reason });
         }
         let reader = MapReader::open(path, &Limits::default())?;
-        check_bound(reader, source, rows_done)?;
+        check_bound(reader, source, watch)?;
         Ok(())
     }
 

@@ -6,7 +6,8 @@ use dsm_core::{
     AreaLight, Bias, BiasSummary, Footprint, LevelChoice, Pyramid, Receiver, ShadedPoint,
     ShadowLookup, Transmittance, VisibilityField,
 };
-use dsm_io::{CachedMap, CursorPool, FieldKind};
+use dsm_io::CachedMap;
+use dsm_io::detail::{CursorPool, FieldKind};
 use glam::DVec3;
 
 use super::any_visibility::AnyVisibility;

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use dsm_core::random::scattered_seed;
 use dsm_core::{AreaLight, Facing, LightVisibility, Rgb, ShadedPoint};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -50,9 +51,7 @@ impl Shadow {
     }
 
     pub(crate) fn new(visibility: Box<dyn AnyVisibility>, light: AreaLight, seed: u64) -> Self {
-        // Queries of neighbouring seeds have nothing in common.
-        let seed = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        Self { visibility: visibility.into(), light, seed }
+        Self { visibility: visibility.into(), light, seed: scattered_seed(seed) }
     }
 
     /// Numbers a point: 1 or 3.

@@ -17,6 +17,7 @@ use crate::field::map::DeepMap;
 use crate::field::pixel_lists::PixelListsBuilder;
 use crate::hits::hit_source::HitSource;
 use crate::hits::tile_samples::MapCamera;
+use crate::progress::Progress;
 use crate::transmittance::Transmittance;
 
 /// Tiles that may be begun and not yet handed over, for each thread.
@@ -62,15 +63,6 @@ pub struct Baker<T: Transmittance, S> {
     /// What threads that are between two tiles have left here.
     spare: Mutex<Vec<ExactBaker<T>>>,
     channels: PhantomData<T>,
-}
-
-/// How far a bake has come.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct BakeProgress {
-    /// Tiles that were handed over.
-    pub done: u64,
-    /// Tiles in all.
-    pub tiles: u64,
 }
 
 impl<T: Transmittance, S: HitSource<T>> Baker<T, S> {
@@ -216,7 +208,7 @@ impl<T: Transmittance, S: HitSource<T>> Baker<T, S> {
         &self,
         encode: impl Fn(BakedTile<T>) -> std::result::Result<U, E> + Sync,
         sink: impl FnMut(U) -> std::result::Result<(), E> + Send,
-        watch: impl Fn(BakeProgress) -> ControlFlow<()> + Sync,
+        watch: impl Fn(Progress) -> ControlFlow<()> + Sync,
     ) -> std::result::Result<ControlFlow<()>, E> {
         self.run_tiles(|tile| encode(self.tile(tile)?), sink, watch)
     }
@@ -231,7 +223,7 @@ impl<T: Transmittance, S: HitSource<T>> Baker<T, S> {
         &self,
         make: impl Fn([u32; 2]) -> std::result::Result<U, E> + Sync,
         mut sink: impl FnMut(U) -> std::result::Result<(), E> + Send,
-        watch: impl Fn(BakeProgress) -> ControlFlow<()> + Sync,
+        watch: impl Fn(Progress) -> ControlFlow<()> + Sync,
     ) -> std::result::Result<ControlFlow<()>, E> {
         let tiles = self.settings.tile_count();
         let done = AtomicU64::new(0);
@@ -240,7 +232,7 @@ impl<T: Transmittance, S: HitSource<T>> Baker<T, S> {
             tiles,
             window,
             |index| {
-                let progress = BakeProgress { done: done.load(Ordering::Relaxed), tiles };
+                let progress = Progress::new(done.load(Ordering::Relaxed), tiles);
                 if watch(progress).is_break() {
                     return Ok(ControlFlow::Break(()));
                 }

@@ -11,8 +11,7 @@ use crate::error::Error;
 use crate::hits::hit::RayHits;
 use crate::hits::hit_source::HitSource;
 use crate::hits::tile_hits::TileHits;
-use crate::hits::tile_samples::MapCamera;
-use crate::hits::tile_samples::TileSamples;
+use crate::hits::tile_samples::{MapCamera, TileSamples};
 use crate::transmittance::Transmittance;
 use crate::visibility::vertex::SumVertex;
 

@@ -4,8 +4,7 @@
 use super::pixel_hits::PixelHits;
 use super::settings::BakeSettings;
 use crate::curve::surface_sweep::PixelSurfaces;
-use crate::filter::Filter;
-use crate::filter::normalize;
+use crate::filter::{Filter, normalize};
 use crate::hits::tile_samples::TileSamples;
 use crate::transmittance::Transmittance;
 

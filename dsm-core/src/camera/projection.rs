@@ -11,7 +11,8 @@ use crate::error::{Error, Result};
 /// [i, i+1) × [j, j+1), and z is the depth.
 ///
 /// ```
-/// use dsm_core::{MapInfo, MapProjection, ShadowCamera};
+/// use dsm_core::{MapInfo, ShadowCamera};
+/// use dsm_core::detail::MapProjection;
 /// use glam::{DMat4, DVec3, DVec4};
 ///
 /// // Looks down −z from the origin; NDC covers [−1, 1]², y up.

@@ -43,7 +43,8 @@ pub enum End<T: Transmittance> {
 /// copied, each value rounded to the nearest `f32`, an error of at most 2⁻²⁵.
 ///
 /// ```
-/// use dsm_core::{End, GreedyCompressor, Tolerance, Vertex};
+/// use dsm_core::{Tolerance, Vertex};
+/// use dsm_core::detail::{End, GreedyCompressor};
 ///
 /// // Ten sheets that each stop a twentieth of the light.
 /// let left = |sheets: u8| [f64::from(20 - sheets) / 20.0];
@@ -312,7 +313,8 @@ impl<T: Transmittance> GreedyCompressor<T> {
 /// result. O(n).
 ///
 /// ```
-/// use dsm_core::{Tolerance, Vertex, VisibilityFunction, compress};
+/// use dsm_core::{Tolerance, Vertex, VisibilityFunction};
+/// use dsm_core::detail::compress;
 ///
 /// let ramp = (0..=100_u8).map(|i| Vertex::new(f32::from(i), 1.0 - f32::from(i) / 200.0));
 /// let function = VisibilityFunction::new(ramp)?;

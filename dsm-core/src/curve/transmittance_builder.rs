@@ -29,7 +29,8 @@ use crate::visibility::vertex_writer::VertexWriter;
 /// 4n + 3 √(n / e) + 3 / √e vertices a channel, whatever the input.
 ///
 /// ```
-/// use dsm_core::{RayHits, Tolerance, TransmittanceBuilder, TransmittanceFunction};
+/// use dsm_core::{RayHits, Tolerance};
+/// use dsm_core::detail::{TransmittanceBuilder, TransmittanceFunction};
 ///
 /// let mut hits = RayHits::<f32>::default();
 /// let mut builder = TransmittanceBuilder::new(Tolerance::new(0.02)?.chord());

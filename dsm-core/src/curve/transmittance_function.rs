@@ -14,10 +14,11 @@ use crate::visibility::vertex::{SumVertex, Vertex};
 /// at steps; the last value holds to infinity. No vertices: 1 everywhere. Steps
 /// are exact, and so is every vertex up to `f64` rounding; between the
 /// vertices of a medium the chord misses the exponential by a chosen error at
-/// most (see [`TransmittanceBuilder`]).
+/// most (see [`TransmittanceBuilder`](super::transmittance_builder::TransmittanceBuilder)).
 ///
 /// ```
-/// use dsm_core::{RayHits, SurfaceHit, TransmittanceFunction, VolumeSample};
+/// use dsm_core::{RayHits, SurfaceHit, VolumeSample};
+/// use dsm_core::detail::TransmittanceFunction;
 ///
 /// let mut hits = RayHits::<f32>::default();
 /// hits.push_surface(SurfaceHit { depth: 3.0, opacity: 0.25 })?;

@@ -11,8 +11,7 @@ use fearless_simd::Simd;
 
 use crate::error::{Error, Result};
 use crate::transmittance::Transmittance;
-use crate::visibility::function::VisibilityView;
-use crate::visibility::function::{append_columns, interpolate, share};
+use crate::visibility::function::{VisibilityView, append_columns, interpolate, share};
 use crate::visibility::search::Window;
 use crate::visibility::vertex::Vertex;
 

@@ -2,8 +2,7 @@
 
 use glam::Vec3;
 
-use super::hit::{RayHits, SurfaceHit, VolumeSample, VolumeSegment};
-use super::hit::{medium, slab};
+use super::hit::{RayHits, SurfaceHit, VolumeSample, VolumeSegment, medium, slab};
 use crate::error::{Error, Result};
 use crate::transmittance::Transmittance;
 

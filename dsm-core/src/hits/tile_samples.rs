@@ -3,8 +3,7 @@
 use std::ops::Range;
 
 use super::sampling::PixelSampling;
-use crate::camera::shadow_camera::RayDirections;
-use crate::camera::shadow_camera::ShadowCamera;
+use crate::camera::shadow_camera::{RayDirections, ShadowCamera};
 use crate::error::{Error, Result};
 
 /// A point of the image plane at a time: one ray of the shadow camera.

@@ -13,7 +13,8 @@ impl VisibilityDifference {
     /// all of this for a depth error of 0. O(n + m), allocates nothing.
     ///
     /// ```
-    /// use dsm_core::{Vertex, VisibilityDifference, VisibilityFunction};
+    /// use dsm_core::{Vertex, VisibilityFunction};
+    /// use dsm_core::detail::VisibilityDifference;
     ///
     /// let step = |z| VisibilityFunction::new([(z, 1.0), (z, 0.5)].map(|(z, v)| Vertex::new(z, v)));
     /// let (exact, moved) = (step(2.0)?, step(2.25)?);

@@ -6,7 +6,7 @@ use crate::transmittance::Transmittance;
 
 /// A piecewise linear function of depth, 1 before its first vertex and
 /// constant behind its last: a stored [`VisibilityView`], the vertices of one
-/// that is not compressed yet, or a [`TransmittanceFunction`]. Depths don't
+/// that is not compressed yet, or a [`TransmittanceFunction`](crate::curve::transmittance_function::TransmittanceFunction). Depths don't
 /// decrease, and at most two vertices share one.
 pub trait Polyline {
     /// One `f64` a channel: [`Transmittance::Sum`].

@@ -1,15 +1,16 @@
 //! Pixels against the oracle.
 
+use dsm_core::detail::{SumVertex, VisibilityDifference};
 use dsm_core::{
-    BakeSettings, Baker, Filter, FilterShape, PixelSampling, RayHits, RaySource, Rgb, SumVertex,
-    Tolerance, Transmittance, Vertex, VisibilityDifference,
+    BakeSettings, Baker, Filter, FilterShape, PixelSampling, RayHits, RaySource, Rgb, Tolerance,
+    Transmittance, Vertex,
 };
+use dsm_testkit::config;
 use proptest::prelude::*;
 use proptest::sample::select;
 
 use crate::oracle::Oracle;
 use crate::sources::RandomScene;
-use dsm_testkit::config;
 
 /// V at both sides of `z`, by linear search.
 fn both_sides<T: Transmittance>(vertices: &[SumVertex<T>], z: f32, channel: usize) -> [f64; 2] {

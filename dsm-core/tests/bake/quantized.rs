@@ -1,14 +1,15 @@
 //! Maps whose vertices are rounded to grids.
 
+use dsm_core::detail::{SumVertex, VisibilityView};
 use dsm_core::{
     BakeSettings, Baker, Error, PixelSampling, Quantization, RayHits, RaySource, Rgb, SamplePoint,
-    SumVertex, SurfaceHit, Tolerance, Transmittance, VisibilityView,
+    SurfaceHit, Tolerance, Transmittance,
 };
+use dsm_testkit::config;
 use proptest::prelude::*;
 
 use crate::pixels::{scenes, settings};
 use crate::sources::RandomScene;
-use dsm_testkit::config;
 
 /// V(z), or its limit from the light's side, of uncompressed vertices.
 fn value<T: Transmittance>(vertices: &[SumVertex<T>], z: f64, channel: usize, at: bool) -> f64 {
@@ -80,7 +81,7 @@ fn check<T: Transmittance>(
         let baked = baker.tile(tile).unwrap();
         prop_assert!(baked.max_error() <= f64::from(epsilon) + 1e-7, "{}", baked.max_error());
         let mut exact = Vec::new();
-        let visit = |pixel: dsm_core::ExactPixel<'_, T>| {
+        let visit = |pixel: dsm_core::detail::ExactPixel<'_, T>| {
             exact.push((pixel.pixel(), pixel.vertices().to_vec()));
         };
         baker.exact_tile(tile, visit).unwrap();

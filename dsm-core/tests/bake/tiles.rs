@@ -3,16 +3,16 @@
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 
+use dsm_core::detail::{BakedTile, TransmittanceFunction, VisibilityDifference, VisibilitySweep};
 use dsm_core::{
-    BakeProgress, BakeSettings, BakedTile, Baker, DeepMap, Error, HitSource, PixelSampling, Rgb,
-    SurfaceHit, TileHits, TileSamples, Transmittance, TransmittanceFunction, VisibilityDifference,
-    VisibilitySweep,
+    BakeSettings, Baker, DeepMap, Error, HitSource, PixelSampling, Progress, Rgb, SurfaceHit,
+    TileHits, TileSamples, Transmittance,
 };
+use dsm_testkit::config;
 use proptest::prelude::*;
 
 use crate::pixels::{scenes, settings};
 use crate::sources::RandomScene;
-use dsm_testkit::config;
 
 fn tiles<T: Transmittance>(scene: RandomScene, settings: &BakeSettings) -> Vec<BakedTile<T>> {
     let baker = Baker::new(scene, settings.clone()).unwrap();
@@ -154,7 +154,7 @@ fn a_bake_can_be_watched_and_broken_off() {
         handed_over += 1;
         Ok::<_, Error>(())
     };
-    let outcome = baker.run(Ok, sink, |BakeProgress { done, tiles }| {
+    let outcome = baker.run(Ok, sink, |Progress { done, total: tiles, .. }| {
         assert_eq!(tiles, 300);
         let mut most = most.lock().unwrap();
         *most = done.max(*most);

@@ -1,6 +1,7 @@
 //! Functions whose compression is known.
 
-use dsm_core::{End, Rgb, SumVertex, Tolerance, Transmittance, Vertex, VisibilityDifference};
+use dsm_core::detail::{End, SumVertex, VisibilityDifference};
+use dsm_core::{Rgb, Tolerance, Transmittance, Vertex};
 
 use crate::run;
 

@@ -1,7 +1,8 @@
 //! Random visibility functions with everything that is hard about them, and
 //! their naive evaluation.
 
-use dsm_core::{SumVertex, Transmittance, Vertex};
+use dsm_core::detail::SumVertex;
+use dsm_core::{Transmittance, Vertex};
 use proptest::prelude::*;
 
 /// What happens to the function on the way to the next depth.

@@ -7,10 +7,10 @@ mod cases;
 mod functions;
 mod product;
 
-use dsm_core::{
-    End, GreedyCompressor, Rgb, SumVertex, Tolerance, Transmittance, Vertex, VisibilityDifference,
-    VisibilityFunction, compress, paper_greedy,
+use dsm_core::detail::{
+    End, GreedyCompressor, SumVertex, VisibilityDifference, compress, paper_greedy,
 };
+use dsm_core::{Rgb, Tolerance, Transmittance, Vertex, VisibilityFunction};
 use dsm_testkit::config;
 use functions::{Recipe, both_sides, largest_difference, recipe};
 use proptest::prelude::*;

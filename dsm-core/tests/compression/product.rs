@@ -1,8 +1,7 @@
 //! Products of functions, against the product of their values in f64.
 
-use dsm_core::{
-    End, Rgb, SumVertex, Tolerance, Transmittance, Vertex, VisibilityDifference, VisibilityProduct,
-};
+use dsm_core::detail::{End, SumVertex, VisibilityDifference, VisibilityProduct};
+use dsm_core::{Rgb, Tolerance, Transmittance, Vertex};
 use dsm_testkit::config;
 use proptest::collection::vec;
 use proptest::prelude::*;

@@ -3,9 +3,10 @@
 
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
+use dsm_core::detail::{TransmittanceFunction, VisibilitySweep};
 use dsm_core::{
     DeepMap, Filter, FilterShape, Footprint, MapInfo, PixelListsBuilder, Receiver, Rgb,
-    Transmittance, TransmittanceFunction, Vertex, VisibilitySweep, filtered_lookup,
+    Transmittance, Vertex, filtered_lookup,
 };
 use proptest::prelude::*;
 

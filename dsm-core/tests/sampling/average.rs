@@ -1,9 +1,7 @@
 //! The average of visibility functions: pixels of coarser mip levels.
 
-use dsm_core::{
-    Polyline, RayHits, Rgb, SumVertex, Tolerance, Transmittance, TransmittanceFunction, Vertex,
-    VisibilityFunction, VisibilitySweep, compress,
-};
+use dsm_core::detail::{Polyline, SumVertex, TransmittanceFunction, VisibilitySweep, compress};
+use dsm_core::{RayHits, Rgb, Tolerance, Transmittance, Vertex, VisibilityFunction};
 use proptest::collection::vec;
 use proptest::prelude::*;
 

@@ -9,7 +9,8 @@ mod support;
 mod sweep;
 mod transmittance;
 
-use dsm_core::{SumVertex, Transmittance};
+use dsm_core::Transmittance;
+use dsm_core::detail::SumVertex;
 
 /// Holds vertices to the invariant of visibility functions.
 fn check_invariant<T: Transmittance>(vertices: &[SumVertex<T>]) {

@@ -1,9 +1,7 @@
 //! The weighted sum of many rays.
 
-use dsm_core::{
-    RayHits, Rgb, SumVertex, SurfaceHit, Transmittance, TransmittanceFunction, Vertex,
-    VisibilitySweep, VisibilityView, VolumeSample,
-};
+use dsm_core::detail::{SumVertex, TransmittanceFunction, VisibilitySweep, VisibilityView};
+use dsm_core::{RayHits, Rgb, SurfaceHit, Transmittance, Vertex, VolumeSample};
 use dsm_testkit::Random;
 use proptest::collection::vec;
 use proptest::prelude::*;

@@ -1,9 +1,7 @@
 //! One ray's transmittance function.
 
-use dsm_core::{
-    RayHits, Rgb, SurfaceHit, Tolerance, Transmittance, TransmittanceFunction, VolumeSample,
-    VolumeSegment,
-};
+use dsm_core::detail::{TransmittanceFunction, VolumeSegment};
+use dsm_core::{RayHits, Rgb, SurfaceHit, Tolerance, Transmittance, VolumeSample};
 use proptest::prelude::*;
 
 use crate::support::{config, extreme_ray_hits, ray_hits};

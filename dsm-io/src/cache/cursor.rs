@@ -4,13 +4,16 @@ use std::cell::Cell;
 use std::fmt;
 use std::ops::Range;
 
-use dsm_core::{BlockVisitor, Transmittance, VisibilityField};
+use dsm_core::detail::BlockVisitor;
+use dsm_core::{Transmittance, VisibilityField};
 
 use super::map::CachedMap;
 use super::rows_ahead::{RowsAhead, Step};
 use super::slot::{Slot, evaluate_block, evaluate_run, take_clear, within};
+use crate::error::{Error, Result};
+use crate::format::level::Level;
 use crate::kind::{Deep, FieldKind, MapKind, MapTile};
-use crate::{Error, Level, Result, TileId};
+use crate::tile_id::TileId;
 
 /// Slots of a cursor. They stand in lines of 16, or of as many as a level has
 /// columns of tiles, if those are fewer: all tiles of a level of 256 have a slot
@@ -31,7 +34,7 @@ const MOST_SLOT_COLUMNS: u32 = 4;
 /// another thread writes; any other pixel costs one, and a load if nobody
 /// holds its tile. Make one cursor a thread and keep it: a new one begins with
 /// no tile. Held tiles are not in the budget: t cursors hold up to 256 t tiles
-/// more ([`CacheStatistics::pinned_bytes`](crate::CacheStatistics)), but none
+/// more ([`CacheStatistics::pinned_bytes`](crate::cache::statistics::CacheStatistics)), but none
 /// more than 128 MiB of them, or one tile where that is larger.
 ///
 /// The values are bit for bit those of the map read into memory.
@@ -122,7 +125,7 @@ impl<T: Transmittance, K: MapKind> LookupCursor<T, K> {
     ///
     /// # Errors
     ///
-    /// As [`CachedMap::tile`]; [`Error::Caller`] if the pixel lies outside.
+    /// As [`CachedMap::tile`]; [`Error::NoSuchPixel`] if the pixel lies outside.
     #[inline]
     pub fn with_pixel<R>(
         &self,
@@ -184,8 +187,8 @@ impl<T: Transmittance, K: MapKind> LookupCursor<T, K> {
 
     #[cold]
     #[inline(never)]
-    fn outside([x, y]: [u32; 2]) -> Error {
-        Error::caller(format!("pixel ({x}, {y}) is outside the map"))
+    fn outside(pixel: [u32; 2]) -> Error {
+        Error::NoSuchPixel(pixel)
     }
 }
 
@@ -201,7 +204,7 @@ impl<T: Transmittance, K: FieldKind> VisibilityField for LookupCursor<T, K> {
     ///
     /// # Errors
     ///
-    /// As [`CachedMap::tile`]; [`Error::Caller`] if the pixel lies outside.
+    /// As [`CachedMap::tile`]; [`Error::NoSuchPixel`] if the pixel lies outside.
     #[inline(always)]
     fn evaluate(&self, [x, y]: [u32; 2], depth: f32) -> Result<T> {
         if x >= self.size[0] || y >= self.size[1] {
@@ -413,7 +416,12 @@ impl TileDivision {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{AchievedError, Limits, MapReader, Metadata, TileCache, WriteOptions, write_map};
+    use crate::achieved_error::AchievedError;
+    use crate::cache::TileCache;
+    use crate::limits::Limits;
+    use crate::metadata::Metadata;
+    use crate::reader::MapReader;
+    use crate::writer::{WriteOptions, write_map};
     use dsm_core::{DeepMap, MapInfo, PixelListsBuilder, Vertex};
 
     #[test]

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 
 use super::shard::Value;
-use crate::Error;
+use crate::error::Error;
 
 /// What came of a load.
 pub(super) type Loaded = Result<Value, Arc<Error>>;

@@ -11,8 +11,9 @@ use super::shard::{Key, Value};
 use super::statistics::Counters;
 use super::store::TileStore;
 use super::tile::{CachedTile, Held};
+use crate::error::{Error, Result};
 use crate::kind::{Deep, FieldKind, KindReader, MapKind};
-use crate::{Error, Result, TileId};
+use crate::tile_id::TileId;
 
 /// An open map, which takes its tiles with it when it is closed.
 #[derive(Debug)]
@@ -28,7 +29,7 @@ impl<K: MapKind> Drop for OpenMap<K> {
     }
 }
 
-/// A map of kind `K` that is read through a [`TileCache`](crate::TileCache). Clones are
+/// A map of kind `K` that is read through a [`TileCache`](crate::cache::TileCache). Clones are
 /// the same map; any number of threads may use it, each with a cursor of its
 /// own. The last clone or cursor that is dropped closes the map, and the
 /// cache lets its tiles go.

@@ -2,7 +2,7 @@
 //!
 //! A lookup goes through three places, each slower than the one before:
 //!
-//! 1. the slots of its thread's [`LookupCursor`]: no lock, nothing shared is
+//! 1. the slots of its thread's [`LookupCursor`](cursor::LookupCursor): no lock, nothing shared is
 //!    written;
 //! 2. the shards of the cache's store, each an LRU list under a lock, and
 //!    beside it the tiles that were let go but that some cursor still holds;
@@ -11,16 +11,16 @@
 //! A tile is a copy even where its file has it as it is used: what the budget
 //! counts is then what is held, and a hit depends on no page of a file.
 
-mod cursor;
+pub(crate) mod cursor;
 mod load;
-mod map;
+pub(crate) mod map;
 mod rows_ahead;
-mod shadow;
+pub(crate) mod shadow;
 mod shard;
 mod slot;
-mod statistics;
+pub(crate) mod statistics;
 mod store;
-mod tile;
+pub(crate) mod tile;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -28,14 +28,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use dsm_core::Transmittance;
 
-pub use cursor::LookupCursor;
-pub use map::CachedMap;
-pub use shadow::{CachedShadow, CursorPool};
-pub use statistics::CacheStatistics;
-pub use tile::CachedTile;
-
+use self::map::CachedMap;
+use self::statistics::CacheStatistics;
+use crate::error::Result;
 use crate::kind::{KindReader, MapKind};
-use crate::{Limits, MapReader, Result};
+use crate::limits::Limits;
+use crate::reader::MapReader;
 use store::TileStore;
 
 /// The tiles of any number of maps of any kinds, within one byte budget; the least recently
@@ -43,7 +41,7 @@ use store::TileStore;
 ///
 /// The budget bounds the tiles that the cache keeps, at any time
 /// ([`CacheStatistics::bytes`]). On top come tiles that are being loaded, one
-/// a thread, and those that a [`LookupCursor`] or a caller holds and the cache
+/// a thread, and those that a [`LookupCursor`](cursor::LookupCursor) or a caller holds and the cache
 /// had to let go. A tile of more than the budget is never kept, but works.
 /// A cursor's hits do not tell the cache that a tile is in use. One that it
 /// lets go for that reason is still found, without a load, as long as any
@@ -97,7 +95,7 @@ impl TileCache {
     ///
     /// # Errors
     ///
-    /// [`Error::Channels`](crate::Error::Channels) if `T` has another number
+    /// [`Error::Channels`](crate::error::Error::Channels) if `T` has another number
     /// of channels than the map.
     pub fn insert<T: Transmittance, K: MapKind>(
         &self,

@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use super::cursor::LookupCursor;
 use super::map::CachedMap;
-use crate::Result;
+use crate::error::{Error, Result};
 use crate::kind::{Deep, FieldKind};
 
 /// Cursors over the levels of a [`CachedMap`], with the tiles they hold, lent
@@ -32,7 +32,7 @@ impl<T: Transmittance, K: FieldKind> CursorPool<T, K> {
     pub fn new(map: CachedMap<T, K>, level: LevelChoice) -> Result<Self> {
         let finest_only = level == LevelChoice::FINEST;
         let pool = Self { map, finest_only, idle: Mutex::default() };
-        pool.with_pyramid(|_| Ok::<_, crate::Error>(()))?;
+        pool.with_pyramid(|_| Ok::<_, Error>(()))?;
         Ok(pool)
     }
 
@@ -47,7 +47,7 @@ impl<T: Transmittance, K: FieldKind> CursorPool<T, K> {
     /// # Errors
     ///
     /// What `ask` says.
-    pub fn with_pyramid<R, E: From<crate::Error>>(
+    pub fn with_pyramid<R, E: From<Error>>(
         &self,
         ask: impl FnOnce(&Pyramid<LookupCursor<T, K>>) -> Result<R, E>,
     ) -> Result<R, E> {
@@ -56,7 +56,7 @@ impl<T: Transmittance, K: FieldKind> CursorPool<T, K> {
             Some(pyramid) => pyramid,
             // A map whose other levels are no pyramid has a finest one still.
             None if self.finest_only => {
-                Pyramid::new(vec![self.map.cursor()]).map_err(crate::Error::from)?
+                Pyramid::new(vec![self.map.cursor()]).map_err(Error::from)?
             }
             None => self.map.pyramid()?,
         };
@@ -122,7 +122,7 @@ impl<T: Transmittance, K: FieldKind> CachedShadow<T, K> {
 
 impl<T: Transmittance, K: FieldKind> LightVisibility for CachedShadow<T, K> {
     type Value = T;
-    type Error = crate::Error;
+    type Error = Error;
 
     fn visibility(&self, receiver: DVec3, light: &AreaLight, seed: u64) -> Result<T> {
         let point = ShadedPoint { position: receiver, facing: Facing::Light, seed };

@@ -8,7 +8,7 @@ use std::sync::{Arc, Weak};
 use lru::LruCache;
 
 use super::load::Load;
-use crate::TileId;
+use crate::tile_id::TileId;
 
 /// A tile of any number of channels.
 pub(super) type Value = Arc<dyn Any + Send + Sync>;

@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use dsm_core::{BlockVisitor, Transmittance};
+use dsm_core::Transmittance;
+use dsm_core::detail::BlockVisitor;
 
 use super::tile::{CachedTile, Held};
 use crate::kind::{FieldKind, MapTile};

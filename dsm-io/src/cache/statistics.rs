@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What a [`TileCache`](crate::TileCache) did since it was made, and what it
+/// What a [`TileCache`](crate::cache::TileCache) did since it was made, and what it
 /// holds now. `hits + misses` is the number of pixels and tiles that were
 /// asked for; a cursor hands its hits in when it turns to the cache for another
 /// tile and when it is dropped.

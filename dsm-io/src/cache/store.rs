@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use super::load::{Load, Loaded};
 use super::shard::{Found, Key, Shard, Value};
 use super::statistics::{CacheStatistics, Counters, Kept};
-use crate::{Error, Result};
+use crate::error::{Error, Result};
 
 const SHARDS: usize = 16;
 

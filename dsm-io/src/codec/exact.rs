@@ -6,13 +6,15 @@
 
 use std::borrow::Cow;
 
-use dsm_core::{PixelLists, PixelListsView, Transmittance};
+use dsm_core::detail::PixelListsView;
+use dsm_core::{PixelLists, Transmittance};
 
 use super::packed::unpack;
 use super::tile_columns::{TileColumn, mono_flags};
 use super::{Block, EncodedTile, words};
+use crate::error::{Error, Result};
 use crate::kind::StoredTile;
-use crate::{Error, Result, Tile};
+use crate::tile::Tile;
 
 const COLUMNS: usize = 5;
 

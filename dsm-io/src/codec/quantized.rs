@@ -6,14 +6,17 @@
 //! before, which is never negative within a pixel. What lies on no grid is left
 //! to codec 0.
 
-use dsm_core::{PixelLists, PixelListsView, Transmittance};
+use dsm_core::detail::PixelListsView;
+use dsm_core::{PixelLists, Transmittance};
 
-use super::exact::{self, column_lengths, depth_range};
+use super::exact::{column_lengths, depth_range};
 use super::packed::unpack;
 use super::tile_columns::{TileColumn, mono_flags};
-use super::{Block, Codec, EncodedTile, words};
+use super::{Block, Codec, exact, words};
+use crate::error::{Error, Result};
+use crate::format::encoded_tile::EncodedTile;
 use crate::kind::StoredTile;
-use crate::{Error, Result, Tile};
+use crate::tile::Tile;
 
 /// The most bits behind the point that a value may have: an `f32` in (½, 1]
 /// has no more.
@@ -238,7 +241,7 @@ mod tests {
 
     use super::*;
     use crate::error::Place;
-    use crate::format::tile_id::TileRect;
+    use crate::tile_id::TileRect;
     use dsm_core::{PixelListsBuilder, Rgb, Vertex};
 
     fn rect(width: u32) -> TileRect {

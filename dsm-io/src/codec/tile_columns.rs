@@ -2,14 +2,14 @@
 
 use std::borrow::Cow;
 
-use dsm_core::{PixelLists, PixelListsView, Transmittance};
+use dsm_core::detail::PixelListsView;
+use dsm_core::{PixelLists, Transmittance};
 
 use super::packed::{Differences, pack, should_difference, unpack_planes, unshuffle};
 use super::{Block, Codec, EncodedTile, words};
-use crate::error::Place;
+use crate::error::{Error, Place, Result};
 use crate::format::directory::TileEntry;
 use crate::kind::StoredTile;
-use crate::{Error, Result};
 
 /// A column of a tile of any kind of map.
 #[derive(Clone, Copy, Debug)]
@@ -85,7 +85,7 @@ impl EncodedTile {
     ///
     /// # Errors
     ///
-    /// [`Error::Caller`] for more than [`Self::MAX_COLUMNS`] columns, or if the
+    /// [`Error::Setting`] for more than [`Self::MAX_COLUMNS`] columns, [`Error::Io`] if the
     /// compressor fails.
     pub fn of_columns(
         columns: &[TileColumn<'_>],
@@ -94,7 +94,7 @@ impl EncodedTile {
         block: Block,
     ) -> Result<Self> {
         if columns.len() > Self::MAX_COLUMNS {
-            return Err(Error::caller("a tile has at most 8 columns"));
+            return Err(Error::setting("a tile has at most 8 columns"));
         }
         let raw_length: usize = columns.iter().map(|column| column.words.len() * 4).sum();
         let bits = (0..).zip(columns);

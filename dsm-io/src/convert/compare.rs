@@ -1,19 +1,24 @@
 //! How far a map is from what it stands for.
 
+use std::ops::ControlFlow;
 use std::ops::Range;
 
-use dsm_core::{
-    DifferenceSummary, Rgb, Tolerance, Transmittance, VisibilityDifference, VisibilityFunction,
-};
+use dsm_core::detail::{DifferenceSummary, VisibilityDifference};
+use dsm_core::{Progress, Rgb, Tolerance, Transmittance, VisibilityFunction};
 use rayon::prelude::*;
 
+use super::report::ImportReport;
 use super::rows::ExactFunction;
-use super::{ImportReport, MapSource};
+use super::source::MapSource;
+use crate::achieved_error::AchievedError;
 use crate::blocks::{BLOCKS_A_THREAD, Blocks, is_empty, stated_depth_error};
+use crate::error::{Error, Result};
 use crate::format::level::Level;
-use crate::format::tile_id::TileRect;
+use crate::progress::tell;
+use crate::reader::MapReader;
 use crate::region::Region;
-use crate::{AchievedError, Error, MapReader, Result};
+use crate::tile_id::TileRect;
+use crate::worst_pixel::WorstPixel;
 
 /// Rows of images that are compared at a time: bounds the memory.
 const BAND: u32 = 64;
@@ -35,7 +40,7 @@ enum Measure {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MapDifference {
     /// The mean of the pixels' means, over all levels; see
-    /// [`VisibilityDifference::mean`](dsm_core::VisibilityDifference::mean).
+    /// [`VisibilityDifference::mean`](dsm_core::detail::VisibilityDifference::mean).
     pub mean: f64,
     /// The largest difference of any pixel, depth and channel, and where it
     /// stands; `None` if there is no difference.
@@ -72,23 +77,6 @@ impl MapDifference {
     }
 }
 
-/// Where two maps differ the most.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WorstPixel {
-    /// Index of the level; of an image 0.
-    pub level: u32,
-    /// Column.
-    pub x: u32,
-    /// Row.
-    pub y: u32,
-    /// Depth.
-    pub z: f32,
-    /// Channel: 0, or 0 to 2 for coloured maps.
-    pub channel: usize,
-    /// The absolute difference there.
-    pub difference: f64,
-}
-
 /// Compares level 0 of two files, pixel by pixel, exactly but for the chords
 /// of curved stretches (5e-7). `progress` is told how many rows are done.
 ///
@@ -97,12 +85,12 @@ pub struct WorstPixel {
 ///
 /// # Errors
 ///
-/// [`Error::Caller`] if their sizes or channels differ; else what keeps one
+/// [`Error::Mismatch`] if their sizes or channels differ; else what keeps one
 /// of them from being read.
 pub fn compare(
     a: &mut MapSource,
     b: &mut MapSource,
-    progress: impl FnMut(u32),
+    progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<MapDifference> {
     measure(a, b, Measure::Difference, progress)
 }
@@ -111,7 +99,7 @@ fn measure(
     a: &mut MapSource,
     b: &mut MapSource,
     by: Measure,
-    mut progress: impl FnMut(u32),
+    mut progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<MapDifference> {
     check_alike(a, b)?;
     match (&*a, &*b) {
@@ -134,18 +122,17 @@ fn measure(
 pub fn compare_levels(
     a: &mut MapSource,
     b: &mut MapSource,
-    mut progress: impl FnMut(u64, u64),
+    mut progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<MapDifference> {
     check_alike(a, b)?;
-    let total = u64::from(a.size()[1]);
     let (MapSource::Map(a), MapSource::Map(b)) = (&*a, &*b) else {
         let by = Measure::Difference;
-        return compare_rows_of(a, b, by, |rows| progress(rows.into(), total));
+        return compare_rows_of(a, b, by, progress);
     };
     if let (Some(one), Some(other)) = (a.crop(), b.crop())
         && one != other
     {
-        return Err(Error::caller("they are other parts of a map"));
+        return Err(Error::mismatch("they are other parts of a map"));
     }
     let common: Vec<(u32, &Level, &Level)> = (0..)
         .zip(a.levels().iter().zip(b.levels()))
@@ -154,7 +141,7 @@ pub fn compare_levels(
         .collect();
     for (index, a, b) in &common {
         if [a.width, a.height] != [b.width, b.height] {
-            return Err(Error::caller(format!(
+            return Err(Error::mismatch(format!(
                 "the sizes of level {index} differ: {} × {} and {} × {} pixels",
                 a.width, a.height, b.width, b.height
             )));
@@ -163,7 +150,7 @@ pub fn compare_levels(
     let total = common.iter().map(|(_, level, _)| u64::from(level.height)).sum();
     let (mut before, mut levels) = (0, Vec::new());
     for (index, level, _) in &common {
-        let rows_done = &mut |rows: u32| progress(before + u64::from(rows), total);
+        let rows_done = &mut |rows: Progress| progress(Progress::new(before + rows.done, total));
         let summary = compare_maps(a, b, *index, Measure::Difference, rows_done)?;
         levels.push((*index, level.width, summary));
         before += u64::from(level.height);
@@ -175,13 +162,13 @@ pub fn compare_levels(
 fn check_alike(a: &MapSource, b: &MapSource) -> Result<()> {
     let ([width, height], [other_width, other_height]) = (a.size(), b.size());
     if [width, height] != [other_width, other_height] {
-        return Err(Error::caller(format!(
+        return Err(Error::mismatch(format!(
             "the sizes differ: {width} × {height} and {other_width} × {other_height} pixels"
         )));
     }
     if a.channels() != b.channels() {
         let (a, b) = (a.channels(), b.channels());
-        return Err(Error::caller(format!("the numbers of channels differ: {a} and {b}")));
+        return Err(Error::mismatch(format!("the numbers of channels differ: {a} and {b}")));
     }
     Ok(())
 }
@@ -191,7 +178,7 @@ fn compare_rows_of(
     a: &mut MapSource,
     b: &mut MapSource,
     by: Measure,
-    mut progress: impl FnMut(u32),
+    mut progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<MapDifference> {
     let [width, height] = a.size();
     let mut summary = DifferenceSummary::default();
@@ -203,7 +190,7 @@ fn compare_rows_of(
             compare_rows::<Rgb>(a, b, by, width, rows.clone())
         }?;
         summary.merge(&band);
-        progress(rows.end);
+        tell(&mut progress, rows.end, height)?;
     }
     Ok(MapDifference::of_levels([(0, width, summary)]))
 }
@@ -214,7 +201,7 @@ fn compare_maps(
     b: &MapReader,
     index: u32,
     by: Measure,
-    progress: &mut impl FnMut(u32),
+    progress: &mut impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<DifferenceSummary> {
     let (level, other) = (a.container().level(index)?, b.container().level(index)?);
     let blocks = Blocks::new(level, [other]);
@@ -236,7 +223,7 @@ fn compare_maps(
             .collect::<Result<Vec<_>>>()?;
         compared.iter().for_each(|block| summary.merge(block));
         let last = blocks.rect(end - 1);
-        progress(last.y + last.height);
+        tell(progress, last.y + last.height, level.height)?;
     }
     Ok(summary)
 }
@@ -295,7 +282,7 @@ fn compare_block<T: Transmittance>(
 pub fn check_bound(
     map: MapReader,
     source: &mut MapSource,
-    progress: impl FnMut(u32),
+    progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<MapDifference> {
     let stated = map.metadata().info.tolerance.epsilon();
     let map = &mut MapSource::Map(Box::new(map));

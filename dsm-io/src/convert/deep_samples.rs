@@ -4,8 +4,8 @@
 use deep_exr::{Alpha, DeepRows, DeepSample};
 use dsm_core::{RayHits, SurfaceHit, Transmittance};
 
-use super::ImportReport;
-use crate::Result;
+use super::report::ImportReport;
+use crate::error::Result;
 
 /// Adds what the ray through `pixel` meets to `hits`.
 pub(super) fn collect_hits<T: Transmittance>(

@@ -1,59 +1,23 @@
 //! From a map to a deep OpenEXR, a row of tiles at a time.
 
+use std::ops::ControlFlow;
 use std::path::Path;
 
-use deep_exr::{
-    Block, ChunkEncoder, Compression, DeepExrWriter, EncodedChunk, Layout, SampleType, WriteOptions,
-};
-use dsm_core::{Rgb, Tolerance, Transmittance, VisibilityView};
+use deep_exr::detail::{Block, ChunkEncoder, EncodedChunk};
+use deep_exr::{DeepExrWriter, Layout, SampleType, WriteOptions};
+use dsm_core::detail::VisibilityView;
+use dsm_core::{Progress, Rgb, Transmittance};
 use rayon::prelude::*;
 
-use super::MapSource;
+use super::export_options::ExportOptions;
 use super::function_samples::FunctionSampler;
 use super::image_options::image_options;
 use super::rows::SourceRows;
+use super::source::MapSource;
+use crate::error::{Error, Result};
 use crate::format::atomic_file::AtomicFile;
+use crate::progress::tell;
 use crate::region::Region;
-use crate::{Error, Result};
-
-/// How a map is written as a deep OpenEXR.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ExportOptions {
-    /// Scan lines or tiles.
-    pub layout: Layout,
-    /// How opacities are stored.
-    pub sample_type: SampleType,
-    /// How chunks are compressed.
-    pub compression: Compression,
-    /// How far volumes may be off the ramps that they stand for, at least
-    /// [`Self::LEAST_ERROR`]. Default 1e-5.
-    pub error: Tolerance,
-    /// Whether the file says in `deepImageState` that its samples are tidy,
-    /// which they are. Not the default: several versions of the official
-    /// Python client refuse files with that attribute.
-    pub deep_image_state: bool,
-}
-
-impl ExportOptions {
-    /// The smallest error that can be asked for: a few roundings of 32-bit
-    /// opacities.
-    pub const LEAST_ERROR: f32 = 1e-6;
-
-    /// The error when none is asked for.
-    pub const DEFAULT_ERROR: f32 = 1e-5;
-}
-
-impl Default for ExportOptions {
-    fn default() -> Self {
-        Self {
-            layout: Layout::default(),
-            sample_type: SampleType::default(),
-            compression: Compression::default(),
-            error: Tolerance::new(Self::DEFAULT_ERROR).unwrap_or_default(),
-            deep_image_state: false,
-        }
-    }
-}
 
 /// What an export wrote.
 #[derive(Clone, Debug, PartialEq)]
@@ -95,28 +59,28 @@ pub struct ExportReport {
 ///
 /// let mut map = MapSource::open("shadow.dsm".as_ref(), None, &Limits::default())?;
 /// let options = ExportOptions::default();
-/// let report = export_deep_exr(&mut map, "shadow.exr".as_ref(), &options, |_| ())?;
+/// let report = export_deep_exr(&mut map, "shadow.exr".as_ref(), &options, Progress::ignore)?;
 /// println!("{} samples, off by {} at most", report.samples, report.total);
 /// # Ok::<(), dsm_io::Error>(())
 /// ```
 ///
 /// # Errors
 ///
-/// [`Error::Caller`] if the source is an image, or an option is out of range;
+/// [`Error::Setting`] if the source is an image, or an option is out of range;
 /// whatever is wrong with the map, or keeps the output from being written.
 pub fn export_deep_exr(
     source: &mut MapSource,
     output: &Path,
     options: &ExportOptions,
-    progress: impl FnMut(u32),
+    progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<ExportReport> {
     let MapSource::Map(map) = &*source else {
-        return Err(Error::caller(
+        return Err(Error::setting(
             "an image can't be written as an image: make a .dsm of it first",
         ));
     };
     if options.error.epsilon() < ExportOptions::LEAST_ERROR {
-        return Err(Error::caller(format!(
+        return Err(Error::setting(format!(
             "the error of an OpenEXR must be at least {:e}",
             ExportOptions::LEAST_ERROR
         )));
@@ -174,7 +138,7 @@ impl Export<'_> {
         &self,
         source: &mut MapSource,
         output: &Path,
-        mut progress: impl FnMut(u32),
+        mut progress: impl FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<(u64, u32, f64)> {
         let in_output = |error| Error::from(error).in_file(Some(output));
         let mut writer =
@@ -186,7 +150,7 @@ impl Export<'_> {
             let end = first.saturating_add(self.bands).min(grid.bands());
             let rows = grid.rows(first).start..grid.rows(end - 1).end;
             let SourceRows::Stored(functions) = source.read_rows::<T>(rows.clone())? else {
-                return Err(Error::caller("the source has samples, not functions"));
+                return Err(Error::setting("the source has samples, not functions"));
             };
             let blocks: Vec<Block> = (first..end)
                 .flat_map(|band| (0..grid.columns()).map(move |column| grid.block(column, band)))
@@ -203,7 +167,7 @@ impl Export<'_> {
                 samples += chunk.samples;
                 worst = worst.max(chunk.worst);
             }
-            progress(rows.end);
+            tell(&mut progress, rows.end, source.size()[1])?;
             first = end;
         }
         let max_samples = writer.max_samples();

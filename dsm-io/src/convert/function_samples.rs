@@ -3,7 +3,8 @@
 use std::marker::PhantomData;
 
 use deep_exr::{DeepRows, DeepSample, SampleType};
-use dsm_core::{SumVertex, Transmittance, Vertex, VisibilityView};
+use dsm_core::detail::{SumVertex, VisibilityView};
+use dsm_core::{Transmittance, Vertex};
 
 use super::exponential::{keeps_to_chord, largest_difference, longest_fall};
 

@@ -1,9 +1,9 @@
 //! What a map says of itself, as the header of a deep image.
 
 use deep_exr::{AlphaChannels, Attribute, Window, WriteOptions};
-use dsm_core::PixelWindow;
+use dsm_core::detail::PixelWindow;
 
-use super::export::ExportOptions;
+use super::export_options::ExportOptions;
 use crate::metadata::Metadata;
 
 const DEEP_IMAGE_STATE: &str = "deepImageState";

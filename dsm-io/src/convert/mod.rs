@@ -2,19 +2,14 @@
 //! from a `.dsm` file to a deep OpenEXR; and the check that one file keeps its
 //! bound against another.
 
-mod compare;
+pub(crate) mod compare;
 mod deep_samples;
 mod exponential;
-mod export;
+pub(crate) mod export;
+pub(crate) mod export_options;
 mod function_samples;
 mod image_options;
-mod report;
+pub(crate) mod report;
 mod rows;
-mod source;
-mod tiles;
-
-pub use compare::{MapDifference, WorstPixel, check_bound, compare, compare_levels};
-pub use export::{ExportOptions, ExportReport, export_deep_exr};
-pub use report::ImportReport;
-pub use source::MapSource;
-pub use tiles::{ConvertOptions, convert};
+pub(crate) mod source;
+pub(crate) mod tiles;

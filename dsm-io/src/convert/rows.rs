@@ -4,14 +4,12 @@
 use std::ops::Range;
 
 use deep_exr::DeepRows;
-use dsm_core::{
-    RayHits, SumVertex, Transmittance, TransmittanceBuilder, TransmittanceFunction, Vertex,
-    VisibilityView,
-};
+use dsm_core::detail::{SumVertex, TransmittanceBuilder, TransmittanceFunction, VisibilityView};
+use dsm_core::{RayHits, Transmittance, Vertex};
 
-use super::ImportReport;
 use super::deep_samples::collect_hits;
-use crate::Result;
+use super::report::ImportReport;
+use crate::error::Result;
 use crate::region::Region;
 
 /// Some whole pixel rows.

@@ -4,16 +4,21 @@ use std::ops::Range;
 use std::path::Path;
 
 use deep_exr::{AlphaChannels, DeepExrReader, Header, Window};
-use dsm_core::{DepthKind, MapInfo, PixelWindow, ShadowCamera, Tolerance, Transmittance};
+use dsm_core::detail::PixelWindow;
+use dsm_core::{DepthKind, MapInfo, ShadowCamera, Tolerance, Transmittance};
 use glam::DMat4;
 
-use super::ImportReport;
+use super::report::ImportReport;
 use super::rows::SourceRows;
+use crate::achieved_error::AchievedError;
+use crate::attribute::Attribute;
 use crate::blocks::stated_depth_error;
-use crate::error::check_limit;
-use crate::format::tile_id::TileRect;
+use crate::error::{Error, Result, check_limit};
+use crate::limits::Limits;
+use crate::metadata::Metadata;
+use crate::reader::MapReader;
 use crate::region::Region;
-use crate::{AchievedError, Attribute, Error, Limits, MapReader, Metadata, Result};
+use crate::tile_id::TileRect;
 
 /// A file whose pixels are, or can be made, visibility functions.
 #[derive(Debug)]
@@ -30,26 +35,26 @@ impl MapSource {
     ///
     /// # Errors
     ///
-    /// What is wrong with the file; [`Error::Caller`] if a part of a `.dsm`
+    /// What is wrong with the file; [`Error::Setting`] if a part of a `.dsm`
     /// is asked for.
     pub fn open(path: &Path, part: Option<&str>, limits: &Limits) -> Result<Self> {
         // A pipe has no length to hold its contents to, and may never answer.
-        let file = std::fs::metadata(path)
-            .map_err(|error| Error::io("open")(error).in_file(Some(path)))?;
+        let file =
+            std::fs::metadata(path).map_err(|error| Error::io("open")(error).in_file(path))?;
         if !file.is_file() {
-            return Err(Error::caller("not a regular file").in_file(Some(path)));
+            return Err(Error::Path("not a regular file").in_file(path));
         }
         if is_openexr(path)? {
             let reader = DeepExrReader::open(path, part, &limits.images)
-                .map_err(|error| Error::from(error).in_file(Some(path)))?;
+                .map_err(|error| Error::from(error).in_file(path))?;
             Ok(Self::Image(Box::new(reader)))
         } else {
             let map = MapReader::open(path, limits)?;
             check_limit("pixels", map.levels()[0].pixel_count(), limits.max_pixels)
-                .map_err(|error| error.in_file(Some(path)))?;
+                .map_err(|error| error.in_file(path))?;
             match part {
                 None => Ok(Self::Map(Box::new(map))),
-                Some(_) => Err(Error::caller("a .dsm file has no parts to choose from")),
+                Some(_) => Err(Error::setting("a .dsm file has no parts to choose from")),
             }
         }
     }
@@ -191,6 +196,6 @@ fn is_openexr(path: &Path) -> Result<bool> {
     let mut start = Vec::new();
     std::fs::File::open(path)
         .and_then(|file| file.take(4).read_to_end(&mut start))
-        .map_err(|error| Error::io("open")(error).in_file(Some(path)))?;
+        .map_err(|error| Error::io("open")(error).in_file(path))?;
     Ok(start == [0x76, 0x2f, 0x31, 0x01])
 }

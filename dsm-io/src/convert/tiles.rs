@@ -1,15 +1,22 @@
 //! The conversion itself: rows of a source, compressed tile by tile.
 
+use std::ops::ControlFlow;
 use std::ops::Range;
 use std::path::Path;
 
-use dsm_core::{Rgb, Tolerance, Transmittance};
+use dsm_core::{Progress, Rgb, Tolerance, Transmittance};
 use rayon::prelude::*;
 
+use super::report::ImportReport;
 use super::rows::{ExactFunction, SourceRows};
-use super::{ImportReport, MapSource};
+use super::source::MapSource;
+use crate::achieved_error::AchievedError;
+use crate::error::Result;
+use crate::format::encoded_tile::EncodedTile;
 use crate::measured_pixels::MeasuredPixels;
-use crate::{AchievedError, EncodedTile, MapWriter, Result, TileId, WriteOptions};
+use crate::progress::tell;
+use crate::tile_id::TileId;
+use crate::writer::{MapWriter, WriteOptions};
 
 /// How a map is made from another file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -38,7 +45,7 @@ pub fn convert(
     source: &mut MapSource,
     output: &Path,
     options: &ConvertOptions,
-    mut progress: impl FnMut(u32),
+    mut progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<ImportReport> {
     let (metadata, mut report) = source.target_metadata(options.tolerance)?;
     let [width, height] = [metadata.width, metadata.height];
@@ -65,7 +72,7 @@ pub fn convert(
             writer.write_encoded(tile.id, &tile.encoded.with_depth_error(depth_error), achieved)?;
             report += tile.report;
         }
-        progress(rows.end);
+        tell(&mut progress, rows.end, height)?;
     }
     writer.finish()?;
     Ok(report)

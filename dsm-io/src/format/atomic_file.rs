@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-use crate::{Error, Result};
+use crate::error::{Error, Result};
 
 /// What a file system's file can do, so that tests can have one that fails.
 pub(super) trait OutputFile: Write + Seek + Send {
@@ -121,6 +121,25 @@ pub fn replace_file(path: &Path, bytes: &[u8]) -> Result<()> {
     written.map_err(|error| error.in_file(Some(path)))
 }
 
+/// Checks that a file can be written at `path`, before the work that it is to
+/// hold begins. Nothing is left there.
+///
+/// # Errors
+///
+/// [`Error::File`] if its folder does not exist or takes no files, or if there
+/// is something that is no regular file.
+///
+/// ```
+/// # let folder = tempfile::tempdir()?;
+/// # let folder = folder.path();
+/// assert!(dsm_io::detail::check_output(&folder.join("map.dsm")).is_ok());
+/// assert!(dsm_io::detail::check_output(&folder.join("missing/map.dsm")).is_err());
+/// # Ok::<(), std::io::Error>(())
+/// ```
+pub fn check_output(path: &Path) -> Result<()> {
+    AtomicFile::create(path).map(drop)
+}
+
 /// How many symbolic links may lead to each other; as many as Linux follows.
 const MAX_LINKS: usize = 40;
 
@@ -135,7 +154,7 @@ fn follow_links(path: &Path) -> Result<PathBuf> {
         let link = target.read_link().map_err(Error::io("follow the symbolic link"))?;
         target = folder(&target).join(link);
     }
-    Err(Error::caller("too many symbolic links lead to each other"))
+    Err(Error::Path("too many symbolic links lead to each other"))
 }
 
 /// What follows the name of a temporary file's target.
@@ -147,11 +166,11 @@ const MAX_ATTEMPTS: usize = 64;
 
 /// Creates a temporary file in the folder of `target`, locked while it is open.
 fn create_beside(target: &Path) -> Result<NamedTempFile> {
-    let name = target.file_name().ok_or_else(|| Error::caller("the path does not name a file"))?;
+    let name = target.file_name().ok_or_else(|| Error::Path("the path does not name a file"))?;
     let replaced = target.metadata().ok();
     // A rename would replace a device such as /dev/null.
     if replaced.as_ref().is_some_and(|metadata: &Metadata| !metadata.is_file()) {
-        return Err(Error::caller("it exists and is not a regular file"));
+        return Err(Error::Path("it exists and is not a regular file"));
     }
     let mut prefix = OsString::from(".");
     prefix.push(name);
@@ -178,7 +197,7 @@ fn create_beside(target: &Path) -> Result<NamedTempFile> {
             return Ok(temporary);
         }
     }
-    Err(Error::caller("other processes take every temporary file beside it"))
+    Err(Error::Path("other processes take every temporary file beside it"))
 }
 
 /// Removes temporary files that begin with `prefix` and that no process has

@@ -7,11 +7,16 @@ use super::directory::{ENTRY_BYTES, TileDirectory, TileEntry};
 use super::extent::check_cover;
 use super::level::{LEVEL_BYTES, Level, broken_order};
 use super::prologue::{PROLOGUE_BYTES, Prologue};
-use super::section::{SECTION_ENTRY_BYTES, Section, SectionKind};
-use super::tile_id::{TileId, TileRect};
+use super::section::{SECTION_ENTRY_BYTES, Section};
+use crate::achieved_error::AchievedError;
+use crate::error::{Error, Result};
 use crate::error::{Place, check_limit};
-use crate::source::{MappedFile, Memory, Source};
-use crate::{AchievedError, Error, Limits, Result};
+use crate::limits::Limits;
+use crate::section_kind::SectionKind;
+use crate::source::Source;
+use crate::source::mapped::MappedFile;
+use crate::source::memory::Memory;
+use crate::tile_id::{TileId, TileRect};
 
 /// An open `.dsm` file of any kind of map.
 ///
@@ -220,7 +225,7 @@ impl Container {
             kind: String,
         }
         let kind = serde_json::from_slice::<Kind>(&self.metadata);
-        kind.map(|kind| kind.kind).map_err(|error| Error::Metadata(error.to_string()))
+        kind.map(|kind| kind.kind).map_err(Error::Json)
     }
 
     /// The kinds of all sections.
@@ -232,11 +237,10 @@ impl Container {
     ///
     /// # Errors
     ///
-    /// [`Error::Checksum`], or [`Error::Caller`] if there is no such section.
+    /// [`Error::Checksum`], or [`Error::NoSuchSection`] if there is no such section.
     pub fn section(&self, index: u32) -> Result<Cow<'_, [u8]>> {
         let section = self.sections.get(index as usize);
-        let section =
-            section.ok_or_else(|| Error::caller(format!("there is no section {index}")))?;
+        let section = section.ok_or(Error::NoSuchSection(index))?;
         section.extent.bytes(&*self.source, section.place(index))
     }
 }

@@ -2,10 +2,10 @@
 
 use super::extent::Extent;
 use super::level::Level;
-use super::tile_id::{TileId, TileRect};
 use super::{f32_at, put, reserved_is_valid, u32_at, u64_at};
-use crate::error::{Error, Place};
-use crate::{AchievedError, Result};
+use crate::achieved_error::AchievedError;
+use crate::error::{Error, Place, Result};
+use crate::tile_id::{TileId, TileRect};
 
 /// Length of a directory entry, in bytes.
 pub(super) const ENTRY_BYTES: usize = 64;

@@ -5,8 +5,8 @@ use std::borrow::Cow;
 use crc_fast::{CrcAlgorithm, Digest};
 
 use crate::error::Place;
+use crate::error::{Error, Result};
 use crate::source::Source;
-use crate::{Error, Result};
 
 /// Every extent begins at a multiple of this, in bytes: a cache line.
 pub(super) const ALIGNMENT: u64 = 64;

@@ -1,9 +1,9 @@
 //! Levels: the rectangular pixel arrays of a file, each cut into tiles.
 
-use super::tile_id::{TileId, TileRect};
 use super::{f32_at, field, put, reserved_is_valid, u32_at};
-use crate::error::{Error, Place};
-use crate::{AchievedError, Result};
+use crate::achieved_error::AchievedError;
+use crate::error::{Error, Place, Result};
+use crate::tile_id::{TileId, TileRect};
 
 /// Length of a level's record, in bytes.
 pub(super) const LEVEL_BYTES: usize = 64;

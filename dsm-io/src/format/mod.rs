@@ -7,12 +7,12 @@
 pub(crate) mod atomic_file;
 pub(crate) mod container;
 pub(crate) mod directory;
+pub(crate) mod encoded_tile;
 mod extent;
 pub(crate) mod level;
 mod prologue;
 pub(crate) mod section;
-pub(crate) mod tile_id;
-mod version;
+pub(crate) mod version;
 pub(crate) mod write;
 
 /// The `N` bytes of a record that begin at `at`; the caller knows they fit.

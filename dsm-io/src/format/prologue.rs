@@ -4,8 +4,7 @@ use super::extent::{Extent, checksum};
 use super::section::SECTION_ENTRY_BYTES;
 use super::version::{MAGIC, MAJOR, MINOR, check_magic};
 use super::{field, put, reserved_is_valid, u32_at, u64_at};
-use crate::error::Place;
-use crate::{Error, Result};
+use crate::error::{Error, Place, Result};
 
 /// Length of the prologue, in bytes.
 pub(super) const PROLOGUE_BYTES: usize = 64;

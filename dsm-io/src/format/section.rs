@@ -1,41 +1,15 @@
 //! Sections: the parts of a file besides its tiles.
 
-use std::fmt;
-
 use super::extent::Extent;
 use super::{field, put, reserved_is_valid, u32_at, u64_at};
-use crate::Result;
-use crate::error::{Error, Place};
+use crate::error::{Error, Place, Result};
+use crate::section_kind::SectionKind;
 
 /// Length of an entry of the section table, in bytes.
 pub(super) const SECTION_ENTRY_BYTES: usize = 32;
 
 /// The flag of sections that a reader must know.
 const REQUIRED: u32 = 1;
-
-/// Four characters of ASCII that name what a section holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct SectionKind(pub [u8; 4]);
-
-impl SectionKind {
-    /// The metadata: one JSON object.
-    pub const METADATA: Self = Self(*b"META");
-    /// The records of all levels.
-    pub const LEVELS: Self = Self(*b"LEVL");
-    /// The tile directory of one level.
-    pub const DIRECTORY: Self = Self(*b"TDIR");
-
-    /// Whether this program knows what such a section holds.
-    pub(super) const fn is_known(self) -> bool {
-        matches!(self, Self::METADATA | Self::LEVELS | Self::DIRECTORY)
-    }
-}
-
-impl fmt::Display for SectionKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.0.escape_ascii())
-    }
-}
 
 /// An entry of the section table.
 #[derive(Clone, Copy, Debug)]

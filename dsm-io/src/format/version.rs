@@ -1,6 +1,6 @@
 //! What a file of this format begins with, and what files of others do.
 
-use crate::{Error, Result};
+use crate::error::{Error, Result};
 
 /// A byte no text begins with, the name, and line ends that a transfer in
 /// text mode damages (after PNG's signature).
@@ -11,6 +11,9 @@ pub(super) const MAJOR: u16 = 1;
 
 /// Files of a newer minor version are read: what they add can be ignored.
 pub(super) const MINOR: u16 = 0;
+
+/// The version of the format, major and minor, of the files that are written.
+pub const FORMAT_VERSION: [u16; 2] = [MAJOR, MINOR];
 
 /// What else a file may be: its first bytes and its name.
 const OTHERS: [(&[u8], &str); 9] = [

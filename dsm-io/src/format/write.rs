@@ -4,15 +4,17 @@ use std::path::Path;
 
 use super::atomic_file::AtomicFile;
 use super::directory::{TileDirectory, TileEntry};
+use super::encoded_tile::EncodedTile;
 use super::extent::{Extent, checksum, padding};
 use super::level::{Level, broken_order};
 use super::prologue::{PROLOGUE_BYTES, Prologue};
-use super::section::{Section, SectionKind};
-use super::tile_id::TileId;
+use super::section::Section;
 use super::version::MINOR;
-use crate::codec::EncodedTile;
-use crate::error::check_limit;
-use crate::{AchievedError, Error, Limits, Result};
+use crate::achieved_error::AchievedError;
+use crate::error::{Error, Result, check_limit};
+use crate::limits::Limits;
+use crate::section_kind::SectionKind;
+use crate::tile_id::TileId;
 
 /// Writes a `.dsm` file of any kind of map.
 ///
@@ -64,7 +66,7 @@ impl ContainerWriter {
     ///
     /// # Errors
     ///
-    /// [`Error::Caller`] if the level's sizes or number break a rule;
+    /// [`Error::Setting`] if the level's sizes or number break a rule;
     /// [`Error::Limit`] if the file would have more tiles than a reader
     /// accepts by default.
     pub fn add_level(&mut self, level: Level) -> Result<u32> {
@@ -77,7 +79,7 @@ impl ContainerWriter {
         });
         if let Some(rule) = rule {
             self.levels.pop();
-            return Err(Error::caller(rule));
+            return Err(Error::setting(rule));
         }
         let tiles = self.levels.iter().map(Level::tile_count).fold(0, u64::saturating_add);
         if let Err(error) = check_limit("tiles", tiles, Limits::default().max_tiles) {
@@ -101,7 +103,7 @@ impl ContainerWriter {
     ///
     /// # Errors
     ///
-    /// [`Error::NoSuchTile`], [`Error::WrittenTwice`]; [`Error::Caller`] if
+    /// [`Error::NoSuchTile`], [`Error::WrittenTwice`]; [`Error::Tile`] if
     /// the error breaks a rule or the level's tolerance, or what the tile
     /// says of itself does; [`Error::File`] if
     /// the file cannot be written, and then it cannot be finished.
@@ -114,19 +116,23 @@ impl ContainerWriter {
         let level = self.levels.get(id.level as usize).ok_or(Error::NoSuchTile(id))?;
         level.tile_rect(id.x, id.y).ok_or(Error::NoSuchTile(id))?;
         if let Some(rule) = error.broken_rule() {
-            return Err(Error::caller(format!("{id}: {rule}")));
+            return Err(Error::Tile { id, rule: rule.into() });
         }
         if !error.is_within(level.tolerance) {
-            return Err(Error::caller(format!(
-                "{id}: its error {} is more than the level's tolerance {}",
-                error.max, level.tolerance
-            )));
+            return Err(Error::Tile {
+                id,
+                rule: format!(
+                    "its error {} is more than the level's tolerance {}",
+                    error.max, level.tolerance
+                )
+                .into(),
+            });
         }
         let entry = TileEntry { stored_length: tile.bytes.len() as u64, error, ..tile.entry() };
         // Where it will stand is not known yet: anywhere but at 0.
         let offset = u64::from(!tile.bytes.is_empty());
         if let Some(rule) = (TileEntry { offset, ..entry }).broken_rule() {
-            return Err(Error::caller(format!("{id}: {rule}")));
+            return Err(Error::Tile { id, rule: rule.into() });
         }
         let index = id.y as usize * level.tiles()[0] as usize + id.x as usize;
         if std::mem::replace(&mut self.written[id.level as usize][index], true) {
@@ -148,11 +154,11 @@ impl ContainerWriter {
     ///
     /// # Errors
     ///
-    /// [`Error::File`] if the file cannot be written; [`Error::Caller`] for a
+    /// [`Error::File`] if the file cannot be written; [`Error::Setting`] for a
     /// kind that this program writes itself.
     pub fn write_section(&mut self, kind: SectionKind, bytes: &[u8]) -> Result<()> {
         if kind.is_known() {
-            return Err(Error::caller(format!("section \"{kind}\" is written by the writer")));
+            return Err(Error::setting(format!("section \"{kind}\" is written by the writer")));
         }
         self.append_section(kind, false, bytes)
     }
@@ -165,7 +171,7 @@ impl ContainerWriter {
 
     fn append(&mut self, bytes: &[u8]) -> Result<Extent> {
         if self.failed {
-            let error = Error::caller("an earlier part of the file could not be written");
+            let error = Error::Path("an earlier part of the file could not be written");
             return Err(error.in_file(Some(self.file.path())));
         }
         let (offset, length) = (self.file.length(), bytes.len() as u64);
@@ -182,19 +188,19 @@ impl ContainerWriter {
     /// # Errors
     ///
     /// [`Error::File`] if the file cannot be written or moved into place;
-    /// what had its name stays then. [`Error::Caller`] without any level.
+    /// what had its name stays then. [`Error::Setting`] without any level.
     pub fn finish(mut self, metadata: &[u8]) -> Result<u64> {
         let path = self.file.path().to_owned();
         let finished = self.write_end(metadata).and_then(|prologue| {
             self.file.commit(&prologue.encode())?;
             Ok(prologue.file_length)
         });
-        finished.map_err(|error| error.in_file(Some(&path)))
+        finished.map_err(|error| error.in_file(path.as_path()))
     }
 
     fn write_end(&mut self, metadata: &[u8]) -> Result<Prologue> {
         if self.levels.is_empty() {
-            return Err(Error::caller("a map has at least one level"));
+            return Err(Error::setting("a map has at least one level"));
         }
         self.append_section(SectionKind::METADATA, true, metadata)?;
         let mut records = Vec::new();
@@ -209,7 +215,7 @@ impl ContainerWriter {
         }
         self.append_section(SectionKind::LEVELS, true, &records)?;
         let section_count = u32::try_from(self.sections.len())
-            .map_err(|_| Error::caller("a file holds at most 2³² − 1 sections"))?;
+            .map_err(|_| Error::setting("a file holds at most 2³² − 1 sections"))?;
         let table: Vec<u8> = self.sections.iter().flat_map(Section::encode).collect();
         let table = self.append(&table)?;
         Ok(Prologue { minor: MINOR, file_length: self.file.length(), table, section_count })
@@ -268,6 +274,11 @@ mod tests {
         [written, writer.finish(b"{}").map(drop)]
     }
 
+    /// What the operating system said: the source, below the file's name.
+    fn cause(error: &Error) -> &io::Error {
+        std::error::Error::source(error).unwrap().downcast_ref().unwrap()
+    }
+
     #[test]
     fn a_full_disk_leaves_the_old_file() {
         let folder = tempfile::tempdir().unwrap();
@@ -282,12 +293,13 @@ mod tests {
         for room in 0..needed {
             let [tile, finish] = write(&path, room, true, 10);
             assert!(tile.is_ok());
-            let message = finish.unwrap_err().to_string();
-            assert!(message.contains("map.dsm: cannot write: "), "{message}");
+            let error = finish.unwrap_err();
+            assert!(error.to_string().ends_with("map.dsm: cannot write"), "{error}");
+            assert_eq!(cause(&error).kind(), io::ErrorKind::StorageFull);
             check_old();
         }
         let [_, finish] = write(&path, needed, false, 10);
-        assert!(finish.unwrap_err().to_string().contains("the disk went away"));
+        assert!(cause(&finish.unwrap_err()).to_string().contains("the disk went away"));
         check_old();
         let [_, finish] = write(&path, needed, true, 10);
         finish.unwrap();

@@ -3,7 +3,8 @@
 use std::hint::black_box;
 use std::ops::Range;
 
-use dsm_core::{BlockVisitor, PixelLists, PixelListsView, Transmittance, VisibilityView};
+use dsm_core::detail::{BlockVisitor, PixelListsView, VisibilityView};
+use dsm_core::{PixelLists, Transmittance};
 use serde::{Deserialize, Serialize};
 
 use super::map_kind::{FieldKind, MapKind};
@@ -11,8 +12,9 @@ use super::pixel_contents::{PixelContents, PixelValue};
 use super::reader::KindReader;
 use super::stored_tile::StoredTile;
 use super::summary::MapSummary;
-use crate::codec::{Block, Codec, EncodedTile, exact, quantized};
+use crate::codec::{Block, Codec, exact, quantized};
 use crate::error::{Error, Result};
+use crate::format::encoded_tile::EncodedTile;
 use crate::metadata::Metadata;
 use crate::tile::Tile;
 

@@ -13,11 +13,11 @@ use super::summary::MapSummary;
 use crate::any::AnyDeepMap;
 use crate::error::{Error, Result};
 use crate::format::container::Container;
-use crate::format::tile_id::TileRect;
 use crate::metadata::Metadata;
+use crate::tile_id::TileRect;
 
 /// An open map of any registered kind and number of channels: what can be done
-/// with one without knowing what it holds. [`Kinds::open`](crate::Kinds::open)
+/// with one without knowing what it holds. [`Kinds::open`](crate::kind::kinds::Kinds::open)
 /// makes them, each a [`KindReader`] behind this trait.
 pub trait ErasedMap: Any + Debug + Send + Sync {
     /// The name of its kind.
@@ -53,7 +53,7 @@ pub trait ErasedMap: Any + Debug + Send + Sync {
     ///
     /// # Errors
     ///
-    /// [`Error::NoSuchLevel`], [`Error::Caller`] for a pixel outside the level, or
+    /// [`Error::NoSuchLevel`], [`Error::NoSuchPixel`] for one outside the level, or
     /// what is wrong with its tile.
     fn contents(&self, level: u32, pixel: [u32; 2]) -> Result<PixelContents>;
 
@@ -104,7 +104,7 @@ impl<K: MapKind> ErasedMap for KindReader<K> {
     }
 
     fn keys(&self) -> Result<Value> {
-        serde_json::to_value(self.keys()).map_err(|error| Error::Metadata(error.to_string()))
+        serde_json::to_value(self.keys()).map_err(Error::Json)
     }
 
     fn verify(&self) -> Vec<Error> {

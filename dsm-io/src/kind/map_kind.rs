@@ -3,7 +3,8 @@
 use std::fmt::Debug;
 use std::ops::Range;
 
-use dsm_core::{BlockVisitor, Transmittance, VisibilityView};
+use dsm_core::Transmittance;
+use dsm_core::detail::{BlockVisitor, VisibilityView};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -12,8 +13,9 @@ use super::pixel_contents::PixelContents;
 use super::reader::KindReader;
 use super::stored_tile::StoredTile;
 use super::summary::MapSummary;
-use crate::codec::{Block, Codec, EncodedTile};
+use crate::codec::{Block, Codec};
 use crate::error::Result;
+use crate::format::encoded_tile::EncodedTile;
 use crate::metadata::Metadata;
 
 /// A kind of map, as `docs/format/dsm-1.md`, section 13, registers it: a name, a
@@ -22,9 +24,9 @@ use crate::metadata::Metadata;
 /// A type that stands for a kind has no values that matter. Tiles of one and of
 /// three channels share all code through [`Transmittance`]. Everything else about
 /// files is the same for all kinds: [`KindReader`] and
-/// [`KindWriter`](crate::KindWriter) read and write them,
-/// [`TileCache`](crate::TileCache) keeps their tiles, and
-/// [`Kinds`](crate::Kinds) opens those whose kind is not known beforehand.
+/// [`KindWriter`](crate::kind::writer::KindWriter) read and write them,
+/// [`TileCache`](crate::cache::TileCache) keeps their tiles, and
+/// [`Kinds`](crate::kind::kinds::Kinds) opens those whose kind is not known beforehand.
 pub trait MapKind: Debug + Send + Sync + Sized + 'static {
     /// The kind's name in the metadata and on the command line.
     const NAME: &'static str;
@@ -52,14 +54,14 @@ pub trait MapKind: Debug + Send + Sync + Sized + 'static {
     ///
     /// # Errors
     ///
-    /// [`Error::Metadata`](crate::Error::Metadata) with the rule that is broken.
+    /// [`Error::Metadata`](crate::error::Error::Metadata) with the rule that is broken.
     fn check(metadata: &Metadata, keys: &Self::Keys) -> Result<()>;
 
     /// The payload of a tile, of no bytes if the tile is empty. O(vertices).
     ///
     /// # Errors
     ///
-    /// [`Error::Caller`](crate::Error::Caller) for what the kind cannot store.
+    /// [`Error::Setting`](crate::error::Error::Setting) for what the kind cannot store.
     fn encode<T: Transmittance>(
         tile: &Self::Tile<T>,
         codec: Codec,

@@ -10,7 +10,7 @@ pub trait MapTile: Debug + Send + Sync + 'static {
     fn size(&self) -> [u32; 2];
 
     /// Bytes of memory that the pixels take: what the budget of a
-    /// [`TileCache`](crate::TileCache) counts.
+    /// [`TileCache`](crate::cache::TileCache) counts.
     fn bytes(&self) -> u64;
 }
 

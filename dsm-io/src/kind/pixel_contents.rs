@@ -6,7 +6,8 @@ use serde::ser::{Serialize, Serializer};
 /// The numbers that are stored of one pixel, as a table or as several.
 ///
 /// ```
-/// use dsm_io::{PixelContents, PixelValue};
+/// use dsm_io::PixelContents;
+/// use dsm_io::detail::PixelValue;
 ///
 /// let mut layers = PixelContents::new("layers", &["depth", "light left"]);
 /// layers.push([PixelValue::Number(2.0), PixelValue::light(0.5_f32)]);

@@ -9,22 +9,22 @@ use super::pixel_contents::PixelContents;
 use super::stored_tile::StoredTile;
 use super::summary::MapSummary;
 use crate::achieved_error::AchievedError;
-use crate::codec::EncodedTile;
 use crate::columns::Columns;
 use crate::crop::Crop;
 use crate::error::{Error, Place, Result, check_limit};
 use crate::format::container::Container;
 use crate::format::directory::TileDirectory;
+use crate::format::encoded_tile::EncodedTile;
 use crate::format::level::Level;
-use crate::format::tile_id::{TileId, TileRect};
 use crate::limits::Limits;
 use crate::metadata::Metadata;
 use crate::row_order::RowOrder;
-use crate::source::Memory;
+use crate::source::memory::Memory;
+use crate::tile_id::{TileId, TileRect};
 
 /// An open map of kind `K`. Any number of threads may read from it.
 ///
-/// Deep maps have a name of their own for it, [`MapReader`](crate::MapReader).
+/// Deep maps have a name of their own for it, [`MapReader`](crate::reader::MapReader).
 #[derive(Debug)]
 pub struct KindReader<K: MapKind> {
     pub(crate) container: Container,
@@ -83,8 +83,7 @@ impl<K: MapKind> KindReader<K> {
         let json = container.metadata();
         Metadata::check_kind::<K>(json)?;
         let stated = Metadata::from_json_of_any_kind(json)?;
-        let keys: K::Keys =
-            serde_json::from_slice(json).map_err(|error| Error::Metadata(error.to_string()))?;
+        let keys: K::Keys = serde_json::from_slice(json).map_err(Error::Json)?;
         K::check(&stated, &keys)?;
         let refuse = |reason: &str| Err(Error::invalid(Place::Level(0), reason.to_owned()));
         let crop = match Crop::of_level(container.level(0)?, [stated.width, stated.height]) {
@@ -175,7 +174,7 @@ impl<K: MapKind> KindReader<K> {
     /// A tile as it is stored, its checksum checked but its pixels not decoded,
     /// and its error: what [`MapWriter::write_encoded`] takes. O(bytes).
     ///
-    /// [`MapWriter::write_encoded`]: crate::MapWriter::write_encoded
+    /// [`MapWriter::write_encoded`]: crate::writer::MapWriter::write_encoded
     ///
     /// # Errors
     ///
@@ -254,7 +253,7 @@ impl<K: MapKind> KindReader<K> {
     ///
     /// # Errors
     ///
-    /// [`Error::NoSuchLevel`], [`Error::Caller`] for a pixel outside the level, or
+    /// [`Error::NoSuchLevel`], [`Error::NoSuchPixel`] for one outside the level, or
     /// as [`Self::decode_tile`].
     pub fn contents<T: Transmittance>(
         &self,
@@ -263,10 +262,7 @@ impl<K: MapKind> KindReader<K> {
     ) -> Result<PixelContents> {
         let found = self.container.level(level)?;
         let Some(id) = found.tile_of(level, [x, y]) else {
-            return Err(Error::caller(format!(
-                "there is no pixel ({x}, {y}) in {} × {}",
-                found.width, found.height
-            )));
+            return Err(Error::NoSuchPixel([x, y]));
         };
         let (rect, tile) = (self.tile_rect(id)?, self.decode_tile::<T>(id)?);
         let pixel = (y - rect.y) as usize * rect.width as usize + (x - rect.x) as usize;
@@ -294,16 +290,10 @@ impl<K: MapKind> KindReader<K> {
         let level = self.container.level(index)?;
         let ends = [rect.x.checked_add(rect.width), rect.y.checked_add(rect.height)];
         let [Some(right), Some(bottom)] = ends else {
-            return Err(Error::caller("there are no such pixels"));
+            return Err(Error::NoSuchPixel([rect.x, rect.y]));
         };
         if rect.pixel_count() == 0 || right > level.width || bottom > level.height {
-            return Err(Error::caller(format!(
-                "there is no pixel ({}, {}) in {} × {}",
-                right.saturating_sub(1),
-                bottom.saturating_sub(1),
-                level.width,
-                level.height
-            )));
+            return Err(Error::NoSuchPixel([right, bottom].map(|end| end.saturating_sub(1))));
         }
         check_limit("pixels", rect.pixel_count(), self.limits.max_pixels)?;
         let mut map = Columns::default();

@@ -7,8 +7,8 @@ use crate::codec::tile_columns::ColumnReader;
 use crate::error::{Error, Place, Result, check_limit};
 use crate::format::container::Container;
 use crate::format::directory::TileEntry;
-use crate::format::tile_id::{TileId, TileRect};
 use crate::limits::Limits;
+use crate::tile_id::{TileId, TileRect};
 
 /// The payload of a tile that is not empty, its checksum checked, and what the
 /// directory says of it.

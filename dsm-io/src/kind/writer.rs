@@ -7,16 +7,16 @@ use dsm_core::Transmittance;
 use super::map_kind::MapKind;
 use super::map_tile::MapTile;
 use crate::achieved_error::AchievedError;
-use crate::codec::EncodedTile;
 use crate::error::{Error, Result, check_limit};
+use crate::format::encoded_tile::EncodedTile;
 use crate::format::level::Level;
-use crate::format::tile_id::TileId;
 use crate::format::write::ContainerWriter;
 use crate::limits::Limits;
 use crate::metadata::Metadata;
+use crate::tile_id::TileId;
 use crate::writer::WriteOptions;
 
-/// Writes a map of kind `K` tile by tile, as [`MapWriter`](crate::MapWriter) a deep
+/// Writes a map of kind `K` tile by tile, as [`MapWriter`](crate::writer::MapWriter) a deep
 /// one: the file appears under its name when [`Self::finish`] has written all of it.
 #[derive(Debug)]
 pub struct KindWriter<K: MapKind> {
@@ -33,7 +33,7 @@ impl<K: MapKind> KindWriter<K> {
     ///
     /// # Errors
     ///
-    /// [`Error::Metadata`] or [`Error::Caller`] if metadata, keys or options break
+    /// [`Error::Metadata`] or [`Error::Setting`] if metadata, keys or options break
     /// a rule; [`Error::Limit`] if a reader would not accept them by default;
     /// [`Error::File`] if no file can be created there.
     pub fn create(
@@ -69,7 +69,7 @@ impl<K: MapKind> KindWriter<K> {
     ///
     /// # Errors
     ///
-    /// [`Error::Caller`] if its sizes break a rule, or its view and number
+    /// [`Error::Setting`] if its sizes break a rule, or its view and number
     /// don't follow those of the level before.
     pub fn add_level(&mut self, level: Level) -> Result<u32> {
         self.container.add_level(level)
@@ -98,7 +98,7 @@ impl<K: MapKind> KindWriter<K> {
     /// # Errors
     ///
     /// As [`Self::write_encoded`], and [`Error::Channels`] if `T` has another
-    /// number of channels than the map, or [`Error::Caller`] if the pixels
+    /// number of channels than the map, or [`Error::Tile`] if the pixels
     /// have another size than the tile.
     pub fn write_tile<T: Transmittance>(
         &mut self,
@@ -123,10 +123,10 @@ impl<K: MapKind> KindWriter<K> {
         if size == [rect.width, rect.height] {
             return Ok(());
         }
-        Err(Error::caller(format!(
-            "{id} has {} × {} pixels, not {} × {}",
-            rect.width, rect.height, size[0], size[1]
-        )))
+        let [width, height] = size;
+        let rule =
+            format!("it has {} × {} pixels, not {width} × {height}", rect.width, rect.height);
+        Err(Error::Tile { id, rule: rule.into() })
     }
 
     /// Writes a tile that was encoded before, by any thread. Tiles come in
@@ -138,7 +138,7 @@ impl<K: MapKind> KindWriter<K> {
     ///
     /// # Errors
     ///
-    /// [`Error::NoSuchTile`], [`Error::WrittenTwice`]; [`Error::Caller`] if
+    /// [`Error::NoSuchTile`], [`Error::WrittenTwice`]; [`Error::Tile`] if
     /// `error` breaks a rule or the level's tolerance; [`Error::File`] if the
     /// file cannot be written, and then it cannot be finished.
     pub fn write_encoded(

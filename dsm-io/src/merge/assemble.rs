@@ -1,17 +1,23 @@
 //! Crops into the map that they are parts of.
 
+use std::ops::ControlFlow;
 use std::path::Path;
 
 use super::refuse;
+use crate::error::{Error, Result, check_limit};
 use crate::format::level::Level;
 use crate::format::write::ContainerWriter;
-use crate::{Error, MapReader, Result, TileId};
+use crate::limits::Limits;
+use crate::progress::tell;
+use crate::reader::MapReader;
+use crate::tile_id::TileId;
+use dsm_core::Progress;
 
 /// Puts crops together, tile by tile as they are stored.
 pub(super) fn assemble(
     crops: &[MapReader],
     output: &Path,
-    mut progress: impl FnMut(u64, u64),
+    mut progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<()> {
     let Some(first) = crops.first() else { return Ok(()) };
     // Other numbers of digits, or another program: not one map.
@@ -39,13 +45,13 @@ pub(super) fn assemble(
     let mut writer = ContainerWriter::create(output)?;
     writer.add_level(level)?;
     let [columns, _] = level.tiles();
-    let mut done = 0;
+    let mut done = 0_u64;
     for (index, source) in (0..).zip(&sources) {
         let id = TileId::new(0, index % columns, index / columns);
         copy_tile(&crops[*source], &level, id, &mut writer)
             .map_err(|error| error.in_file(crops[*source].container().path()))?;
         done += 1;
-        progress(done, sources.len() as u64);
+        tell(&mut progress, done, sources.len() as u64)?;
     }
     writer.finish(json)?;
     Ok(())
@@ -54,7 +60,7 @@ pub(super) fn assemble(
 /// Which crop holds each tile of `level`, row by row.
 fn sources(crops: &[MapReader], level: &Level) -> Result<Vec<usize>> {
     let [columns, _] = level.tiles();
-    crate::error::check_limit("tiles", level.tile_count(), crate::Limits::default().max_tiles)?;
+    check_limit("tiles", level.tile_count(), Limits::default().max_tiles)?;
     let mut sources = vec![None; level.tile_count() as usize];
     for (source, crop) in crops.iter().enumerate() {
         let part = crop.levels()[0];
@@ -71,7 +77,7 @@ fn sources(crops: &[MapReader], level: &Level) -> Result<Vec<usize>> {
     let missing = sources.iter().position(Option::is_none);
     if let Some(missing) = missing {
         let (x, y) = (missing % columns as usize, missing / columns as usize);
-        return Err(Error::caller(format!(
+        return Err(Error::mismatch(format!(
             "no crop holds the pixels from ({}, {}) on",
             x * level.tile_width as usize,
             y * level.tile_height as usize

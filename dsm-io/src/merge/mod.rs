@@ -3,11 +3,14 @@
 mod assemble;
 mod multiply;
 
+use std::ops::ControlFlow;
 use std::path::Path;
 
-use dsm_core::Tolerance;
+use dsm_core::{Progress, Tolerance};
 
-use crate::{Error, MapReader, Result};
+use crate::crop::Crop;
+use crate::error::{Error, Result};
+use crate::reader::MapReader;
 
 /// What was made of several maps.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,7 +53,7 @@ pub enum MergeReport {
 ///
 /// # Errors
 ///
-/// [`Error::Caller`] if there are fewer than two maps, they are neither of the
+/// [`Error::Setting`] or [`Error::Mismatch`] if there are fewer than two maps, they are neither of the
 /// same pixels nor crops that fit together, their cameras or windows differ,
 /// crops are given a tolerance, or tolerances add up to 1; else what is wrong
 /// with a map, or keeps the output from being written.
@@ -58,13 +61,13 @@ pub fn merge(
     maps: &[MapReader],
     output: &Path,
     tolerance: Option<Tolerance>,
-    progress: impl FnMut(u64, u64),
+    progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<MergeReport> {
     let [first, others @ ..] = maps else {
-        return Err(Error::caller("there is nothing to merge"));
+        return Err(Error::setting("there is nothing to merge"));
     };
     if others.is_empty() {
-        return Err(Error::caller("one map alone can't be merged"));
+        return Err(Error::setting("one map alone can't be merged"));
     }
     if others.iter().all(|other| pixels(other) == pixels(first)) {
         return multiply::multiply(maps, output, tolerance.unwrap_or_default(), progress);
@@ -72,13 +75,13 @@ pub fn merge(
     if maps.iter().all(|map| map.crop().is_some()) {
         if tolerance.is_some() {
             let reason = "crops are put together as they are: a tolerance has no use";
-            return Err(Error::caller(reason));
+            return Err(Error::setting(reason));
         }
         assemble::assemble(maps, output, progress)?;
         return Ok(MergeReport::Assembled);
     }
     let sizes: Vec<_> = maps.iter().map(size_text).collect();
-    Err(Error::caller(format!(
+    Err(Error::mismatch(format!(
         "maps of the same pixels are multiplied and crops of one map put together, but these \
          have {}",
         sizes.join(", ")
@@ -86,7 +89,7 @@ pub fn merge(
 }
 
 /// Which pixels a file has, of which map.
-fn pixels(map: &MapReader) -> ([u32; 2], Option<crate::Crop>) {
+fn pixels(map: &MapReader) -> ([u32; 2], Option<Crop>) {
     let whole = map.whole_metadata();
     ([whole.width, whole.height], map.crop())
 }
@@ -104,5 +107,5 @@ fn size_text(map: &MapReader) -> String {
 
 /// An error about a map that names its file, if it has one.
 fn refuse(map: &MapReader, reason: String) -> Error {
-    Error::caller(reason).in_file(map.container().path())
+    Error::mismatch(reason).in_file(map.container().path())
 }

@@ -1,30 +1,37 @@
 //! Maps of the same pixels into the light past all of them.
 
+use std::ops::ControlFlow;
 use std::path::Path;
 
-use dsm_core::{Rgb, Tolerance, Transmittance, VisibilityProduct};
+use dsm_core::detail::VisibilityProduct;
+use dsm_core::{Progress, Rgb, Tolerance, Transmittance};
 use rayon::prelude::*;
 
 use super::{MergeReport, refuse};
+use crate::achieved_error::AchievedError;
 use crate::blocks::{
     BLOCKS_A_THREAD, Blocks, is_empty, stated_depth_error, stated_error, tiles_of,
 };
-use crate::codec::{Block, Codec, EncodedTile};
+use crate::codec::{Block, Codec};
+use crate::error::{Error, Result};
+use crate::format::encoded_tile::EncodedTile;
 use crate::format::level::Level;
-use crate::format::tile_id::TileRect;
 use crate::format::write::ContainerWriter;
 use crate::measured_pixels::MeasuredPixels;
+use crate::metadata::Metadata;
+use crate::progress::tell;
+use crate::reader::MapReader;
 use crate::region::AnyRegion;
-use crate::{AchievedError, Error, MapReader, Metadata, Result, TileId};
+use crate::tile_id::{TileId, TileRect};
 
 /// Multiplies level 0 of maps of the same pixels.
 pub(super) fn multiply(
     maps: &[MapReader],
     output: &Path,
     added: Tolerance,
-    mut progress: impl FnMut(u64, u64),
+    mut progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<MergeReport> {
-    let Some(first) = maps.first() else { return Err(Error::caller("there is nothing to merge")) };
+    let Some(first) = maps.first() else { return Err(Error::setting("there is nothing to merge")) };
     let metadata = metadata(first, maps, added)?;
     let json = metadata.to_json()?;
     let tolerance = metadata.info.tolerance;
@@ -50,7 +57,7 @@ pub(super) fn multiply(
         for MultipliedTile { id, encoded, achieved } in tiles.into_iter().flatten() {
             writer.write_tile(id, &encoded, achieved)?;
         }
-        progress(end, blocks.count());
+        tell(&mut progress, end, blocks.count())?;
     }
     writer.finish(&json)?;
     let lost_levels = maps.iter().map(|map| map.levels().len() - 1).sum();
@@ -110,7 +117,7 @@ fn tolerance(maps: &[MapReader], added: Tolerance) -> Result<Tolerance> {
     let needed = levels().map(|level| f64::from(level.error.max)).sum::<f64>() + own;
     let stated = stated.max((needed - f64::from(AchievedError::SLACK)) as f32);
     Tolerance::new(stated).map_err(|_| {
-        Error::caller(format!(
+        Error::setting(format!(
             "the tolerances of the maps and what the product may add come to {stated}: no bound"
         ))
     })

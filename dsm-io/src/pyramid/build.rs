@@ -1,7 +1,8 @@
 //! Builds the pyramid: visits the tiles, and writes all levels as they come.
 
-use dsm_core::Transmittance;
+use dsm_core::{Progress, Transmittance};
 use rayon::prelude::*;
+use std::ops::ControlFlow;
 
 use super::coarse::average_children;
 use super::fragment::{Averager, Copies};
@@ -10,8 +11,13 @@ use super::plan::{Plan, PyramidOptions};
 use super::source::PyramidSource;
 use super::tile_levels::TileLevels;
 use super::traversal::{Step, Traversal};
+use crate::achieved_error::AchievedError;
+use crate::error::{Error, Result};
+use crate::format::encoded_tile::EncodedTile;
 use crate::format::level::Level;
-use crate::{AchievedError, EncodedTile, Error, MapWriter, Result, TileId};
+use crate::progress::tell;
+use crate::tile_id::TileId;
+use crate::writer::MapWriter;
 
 /// Tiles that are worked on together, for each thread.
 const TILES_A_THREAD: usize = 4;
@@ -36,20 +42,20 @@ const TILES_A_THREAD: usize = 4;
 /// # Errors
 ///
 /// [`Error::Channels`] if `T` has another number of channels than the map;
-/// [`Error::Caller`] if the options make no sense, or the writer has more than
+/// [`Error::Setting`] if the options make no sense, or the writer has more than
 /// level 0 already; else what keeps tiles from being read or written.
 pub fn build_pyramid<T: Transmittance, S: PyramidSource<T>>(
     source: &S,
     writer: &mut MapWriter,
     options: &PyramidOptions,
-    progress: impl FnMut(u64, u64),
+    progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<()> {
     let (channels, asked) = (writer.metadata().channels, T::CHANNELS as u8);
     if channels != asked {
         return Err(Error::Channels { channels, asked });
     }
     let &[level] = writer.levels() else {
-        return Err(Error::caller("a pyramid is built on a map that has level 0 only"));
+        return Err(Error::setting("a pyramid is built on a map that has level 0 only"));
     };
     let tolerance = writer.metadata().info.tolerance;
     let plan = Plan::new([level.width, level.height], level.tile_width, tolerance, options)?;
@@ -87,7 +93,11 @@ enum Output<T> {
 }
 
 impl<T: Transmittance, S: PyramidSource<T>> Builder<'_, T, S> {
-    fn run(mut self, mut traversal: Traversal, mut progress: impl FnMut(u64, u64)) -> Result<()> {
+    fn run(
+        mut self,
+        mut traversal: Traversal,
+        mut progress: impl FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<()> {
         let count = traversal.tile_count();
         let window = TILES_A_THREAD * rayon::current_num_threads().max(1);
         let mut done = 0;
@@ -114,7 +124,7 @@ impl<T: Transmittance, S: PyramidSource<T>> Builder<'_, T, S> {
             };
             let worked = tiles.into_par_iter().map(work).collect::<Result<Vec<_>>>()?;
             self.take(&steps, worked)?;
-            progress(done, count);
+            tell(&mut progress, done, count)?;
         }
     }
 

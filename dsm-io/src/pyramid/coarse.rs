@@ -1,10 +1,11 @@
 //! Levels whose pixels are larger than what a tile holds whole.
 
-use dsm_core::{Transmittance, VisibilityView};
+use dsm_core::Transmittance;
+use dsm_core::detail::VisibilityView;
 
 use super::fragment::{Averager, Copies, CopiesBuilder, Fragment, FragmentBuilder};
 use super::plan::Plan;
-use crate::Result;
+use crate::error::Result;
 
 /// Averages the copies of a node's children into the node's own pixels of the
 /// next level, and copies those in turn.

@@ -1,8 +1,9 @@
 //! Pixels of a level that are compressed together.
 
-use dsm_core::{PixelLists, Polyline, SumVertex, Tolerance, Transmittance, VisibilitySweep};
+use dsm_core::detail::{Polyline, SumVertex, VisibilitySweep};
+use dsm_core::{PixelLists, Tolerance, Transmittance};
 
-use crate::Result;
+use crate::error::Result;
 use crate::measured_pixels::MeasuredPixels;
 
 /// A rectangle of compressed pixels of some level, and their errors.

@@ -12,17 +12,12 @@
 //! Where nothing is, nothing is done: a part of the quadtree without a tile
 //! that has vertices is never entered.
 
-mod build;
+pub(crate) mod build;
 mod coarse;
 mod fragment;
 mod open_tiles;
-mod plan;
-mod source;
-mod stored;
+pub(crate) mod plan;
+pub(crate) mod source;
+pub(crate) mod stored;
 mod tile_levels;
 mod traversal;
-
-pub use build::build_pyramid;
-pub use plan::PyramidOptions;
-pub use source::{PixelFunctions, PyramidSource, SourceTile};
-pub use stored::mip;

@@ -2,13 +2,17 @@
 
 use std::collections::BTreeMap;
 
-use dsm_core::{Transmittance, VisibilityView};
+use dsm_core::Transmittance;
+use dsm_core::detail::VisibilityView;
 
 use super::fragment::Fragment;
+use crate::achieved_error::AchievedError;
+use crate::codec::{Block, Codec};
 use crate::columns::Columns;
-use crate::error::Error;
+use crate::error::{Error, Result};
+use crate::format::encoded_tile::EncodedTile;
 use crate::format::level::Level;
-use crate::{AchievedError, Block, Codec, EncodedTile, Result, TileId};
+use crate::tile_id::TileId;
 
 /// Parts of a tile by the row and column of their first pixels.
 type Parts<T> = BTreeMap<[u32; 2], Fragment<T>>;

@@ -1,8 +1,9 @@
 //! How a pyramid is cut up, and which error each part of the work may add.
 
-use dsm_core::{MipPyramid, Tolerance};
+use dsm_core::Tolerance;
+use dsm_core::detail::MipPyramid;
 
-use crate::{Error, Result};
+use crate::error::{Error, Result};
 
 /// Which levels a pyramid has, and how much each may be off.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,10 +68,10 @@ impl Plan {
         let scale = options.tolerance_scale;
         if !(0.0 < scale && scale <= 1.0) {
             let reason = format!("a tolerance scale must lie in (0, 1], not {scale}");
-            return Err(Error::caller(reason));
+            return Err(Error::setting(reason));
         }
         if options.levels == 0 {
-            return Err(Error::caller("a map has at least one level"));
+            return Err(Error::setting("a map has at least one level"));
         }
         let pyramid = MipPyramid::new(width, height).finest(options.levels);
         let cell_level = tile_size.trailing_zeros().min(pyramid.level_count() - 1);

@@ -1,8 +1,13 @@
 //! Where the functions of level 0 come from.
 
-use dsm_core::{Polyline, Transmittance, VisibilityView};
+use dsm_core::Transmittance;
+use dsm_core::detail::{Polyline, VisibilityView};
 
-use crate::{AchievedError, EncodedTile, Result, Tile, TileId};
+use crate::achieved_error::AchievedError;
+use crate::error::Result;
+use crate::format::encoded_tile::EncodedTile;
+use crate::tile::Tile;
+use crate::tile_id::TileId;
 
 /// The functions of a tile's pixels, row by row.
 pub trait PixelFunctions<T: Transmittance> {

@@ -1,16 +1,21 @@
 //! The pyramid of a map that is stored.
 
+use std::ops::ControlFlow;
 use std::path::Path;
 
-use dsm_core::{Rgb, Transmittance};
+use dsm_core::{Progress, Rgb, Transmittance};
 
 use super::build::build_pyramid;
 use super::plan::PyramidOptions;
 use super::source::{PyramidSource, SourceTile};
+use crate::achieved_error::AchievedError;
+use crate::codec::Block;
+use crate::error::{Error, Result};
 use crate::format::directory::TileDirectory;
-use crate::{
-    AchievedError, Block, Error, MapReader, MapWriter, Result, Tile, TileId, WriteOptions,
-};
+use crate::reader::MapReader;
+use crate::tile::Tile;
+use crate::tile_id::TileId;
+use crate::writer::{MapWriter, WriteOptions};
 
 /// Writes `map` to `output` with the levels of a pyramid that `options` ask
 /// for; any it has already are replaced. `progress` is told how many of how
@@ -23,7 +28,8 @@ use crate::{
 ///
 /// ```
 /// # use dsm_core::{MapInfo, PixelListsBuilder, Vertex};
-/// # use dsm_io::{AchievedError, MapWriter, Metadata, TileId, WriteOptions};
+/// # use dsm_io::{MapWriter, Metadata, WriteOptions};
+/// # use dsm_io::detail::{AchievedError, TileId};
 /// use dsm_io::{Limits, MapReader, PyramidOptions, mip};
 ///
 /// # let folder = tempfile::tempdir()?;
@@ -39,7 +45,7 @@ use crate::{
 /// # writer.finish()?;
 /// // Two pixels: one is blocked from depth 2 on, the other is empty.
 /// let map = MapReader::open(&input, &Limits::default())?;
-/// mip(&map, &output, &PyramidOptions::default(), |_, _| ())?;
+/// mip(&map, &output, &PyramidOptions::default(), dsm_core::Progress::ignore)?;
 ///
 /// let map = MapReader::open(&output, &Limits::default())?;
 /// assert_eq!(map.levels().len(), 2);
@@ -49,15 +55,15 @@ use crate::{
 ///
 /// # Errors
 ///
-/// [`Error::Caller`] if the map has several views, is not cut into squares or
+/// [`Error::Mismatch`] if the map has several views, is not cut into squares or
 /// does not begin at its own corner; else as [`build_pyramid`].
 pub fn mip(
     map: &MapReader,
     output: &Path,
     options: &PyramidOptions,
-    progress: impl FnMut(u64, u64),
+    progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<()> {
-    let refuse = |reason| Err(Error::caller(reason).in_file(map.container().path()));
+    let refuse = |reason| Err(Error::mismatch(reason).in_file(map.container().path()));
     let level = map.levels()[0];
     if map.levels().iter().any(|level| level.view != 0) {
         return refuse("a map of several views has no one pyramid");

@@ -5,8 +5,11 @@ use dsm_core::Transmittance;
 use super::fragment::{Averager, Copies, CopiesBuilder, Fragment, FragmentBuilder};
 use super::plan::Plan;
 use super::source::{PixelFunctions, SourceTile};
-use crate::format::tile_id::TileRect;
-use crate::{AchievedError, Block, Codec, EncodedTile, Result, TileId};
+use crate::achieved_error::AchievedError;
+use crate::codec::{Block, Codec};
+use crate::error::Result;
+use crate::format::encoded_tile::EncodedTile;
+use crate::tile_id::{TileId, TileRect};
 
 /// What a tile of level 0 gives to every level.
 pub(super) struct TileLevels<T> {

@@ -1,6 +1,6 @@
 //! The order in which a map's tiles are visited.
 
-use dsm_core::MipPyramid;
+use dsm_core::detail::MipPyramid;
 
 /// What comes next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -7,7 +7,7 @@ use std::path::Path;
 use memmap2::Mmap;
 
 use super::{Source, open_regular, slice};
-use crate::{Error, Result};
+use crate::error::{Error, Result};
 
 /// A file's bytes, paged in as they are read.
 ///

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use super::{Source, open_regular, slice};
 use crate::error::check_limit;
-use crate::{Error, Result};
+use crate::error::{Error, Result};
 
 /// A file's bytes in memory: nothing that happens to the file matters.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! Where a file's bytes come from.
 
-mod mapped;
-mod memory;
+pub(crate) mod mapped;
+pub(crate) mod memory;
 
 use std::borrow::Cow;
 use std::fmt::Debug;
@@ -9,10 +9,7 @@ use std::fs::File;
 use std::ops::Range;
 use std::path::Path;
 
-pub use mapped::MappedFile;
-pub use memory::Memory;
-
-use crate::{Error, Result};
+use crate::error::{Error, Result};
 
 /// A file's bytes, which never change, by ranges: a mapping, memory, or whatever
 /// else can be asked for some bytes at some offset, such as an object store.

@@ -7,7 +7,7 @@ use std::f32::consts::TAU;
 use std::sync::OnceLock;
 
 use dsm_core::{PixelSampling, ShadowCamera, TileSamples};
-use dsm_scene::{Rasterizer, RasterizerBuilder, Segment};
+use dsm_scene::detail::{Rasterizer, RasterizerBuilder, Segment};
 use glam::{DMat4, DVec4, Quat, Vec3};
 
 pub(crate) const SIZE: u32 = 512;

@@ -12,7 +12,7 @@ use std::hint::black_box;
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use dsm_core::{HitSource, TileHits, TileSamples};
-use dsm_scene::Rasterizer;
+use dsm_scene::detail::Rasterizer;
 use glam::{DVec2, DVec3, Vec3};
 use hair::{SIZE, blocks, build, segments};
 

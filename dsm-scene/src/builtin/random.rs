@@ -1,5 +1,6 @@
 //! Numbers that look random and are the same everywhere.
 
+use dsm_core::random::{EMPTY_HASH, combine, unit};
 use glam::{DVec3, IVec3};
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
@@ -93,12 +94,8 @@ pub(super) fn fractal_noise(point: DVec3, octaves: i32) -> f64 {
 }
 
 fn lattice(index: IVec3) -> f64 {
-    let mut bits = 0x9e37_79b9_7f4a_7c15_u64;
-    for part in index.to_array() {
-        bits = (bits ^ u64::from(part as u32)).wrapping_mul(0xd6e8_feb8_6659_fd93);
-        bits ^= bits >> 32;
-    }
-    (bits >> 11) as f64 / 2.0_f64.powi(53)
+    let parts = index.to_array().into_iter().map(|part| u64::from(part as u32));
+    unit(parts.fold(EMPTY_HASH, combine))
 }
 
 #[cfg(test)]

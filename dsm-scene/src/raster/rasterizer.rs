@@ -46,7 +46,7 @@ pub struct RasterizerBuilder<T: Transmittance> {
 ///
 /// ```
 /// use dsm_core::{HitSource, PixelSampling, ShadowCamera, TileHits, TileSamples};
-/// use dsm_scene::{RasterizerBuilder, Segment};
+/// use dsm_scene::detail::{RasterizerBuilder, Segment};
 /// use glam::{DMat4, DVec4, Vec3};
 ///
 /// // An orthographic camera at the origin, 2 units wide and high.

@@ -9,4 +9,4 @@ mod sight;
 
 pub use image::{Image, ImageDifference};
 pub use png::srgb_code;
-pub use renderer::{RenderProgress, RenderSettings, Renderer};
+pub use renderer::{RenderSettings, Renderer};

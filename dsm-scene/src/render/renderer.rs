@@ -4,15 +4,16 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use dsm_core::random::golden;
 use dsm_core::{
-    AreaLight, Facing, LightVisibility, PixelSampling, ShadedPoint, TileSamples, Transmittance,
-    ViewRaster,
+    AreaLight, Facing, LightVisibility, PixelSampling, Progress, ShadedPoint, TileSamples,
+    Transmittance, ViewRaster,
 };
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::image::Image;
-use super::numbers::{Numbers, spread, spread_otherwise};
+use super::numbers::{Numbers, spread_otherwise};
 use super::shading::radiance;
 use super::sight::{Eye, Matter, Sight};
 use crate::error::Result;
@@ -82,15 +83,6 @@ pub struct Renderer {
     settings: RenderSettings,
 }
 
-/// How far a picture has come.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct RenderProgress {
-    /// Blocks that are done.
-    pub done: u64,
-    /// All blocks.
-    pub blocks: u64,
-}
-
 impl Renderer {
     /// Looks at `scene` through `camera`.
     #[must_use]
@@ -113,7 +105,7 @@ impl Renderer {
     pub fn render<V: LightVisibility>(
         &self,
         shadow: &V,
-        watch: impl Fn(RenderProgress) -> ControlFlow<()> + Sync,
+        watch: impl Fn(Progress) -> ControlFlow<()> + Sync,
     ) -> std::result::Result<Option<Image>, V::Error>
     where
         V::Error: Send,
@@ -125,7 +117,7 @@ impl Renderer {
         let rendered = (0..blocks)
             .into_par_iter()
             .map(|block| {
-                let progress = RenderProgress { done: done.load(Ordering::Relaxed), blocks };
+                let progress = Progress::new(done.load(Ordering::Relaxed), blocks);
                 if watch(progress).is_break() {
                     return Ok(None);
                 }
@@ -209,7 +201,7 @@ impl Renderer {
             let ray = self.camera.ray(point.x, point.y, f64::from(point.time));
             let mut first_medium = Some(spread_otherwise(other_start, sample));
             let medium = || first_medium.take().unwrap_or_else(|| numbers.unit());
-            let sight = eye.look(&ray, spread(start, sample), medium);
+            let sight = eye.look(&ray, golden(start, sample.into()), medium);
             sights.push((sight, numbers.bits()));
         }
     }

@@ -7,6 +7,7 @@
 //! is relative to the object and not to the way from the camera.
 
 use dsm_core::Ray;
+use dsm_core::random::{combine, scattered_seed};
 use glam::{DVec3, UVec2};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -157,9 +158,8 @@ impl Bvh {
 
 /// Three numbers in [0, 1) that look random.
 fn scatter(index: u32, salt: u32) -> [f64; 3] {
-    let mut bits = (u64::from(index) << 1 | u64::from(salt)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    bits = (bits ^ (bits >> 32)).wrapping_mul(0xd6e8_feb8_6659_fd93);
-    bits ^= bits >> 32;
+    let bits = scattered_seed(u64::from(index) << 1 | u64::from(salt));
+    let bits = combine(bits, bits >> 32);
     [0, 21, 42].map(|shift| ((bits >> shift) & 0x1f_ffff) as f64 / 2_097_152.0)
 }
 

@@ -1,9 +1,12 @@
 //! Files that are not what they say: an error or a finite shape, and neither a
 //! panic nor memory beyond measure.
 
+use std::error::Error as _;
+use std::io;
 use std::path::Path;
 
-use dsm_scene::{Error, Result, Shape, load_curves, load_mesh, load_shape, load_volume};
+use dsm_scene::detail::{load_curves, load_mesh, load_volume};
+use dsm_scene::{Error, Result, Shape, load_shape};
 
 use crate::support::{is_long, real_file};
 
@@ -31,7 +34,9 @@ fn missing_and_unknown_files_are_named() {
     ];
     for error in missing {
         assert!(error.to_string().starts_with("no/such."), "{error}");
-        assert!(error.to_string().contains("cannot open"), "{error}");
+        assert!(error.to_string().ends_with("cannot open"), "{error}");
+        let cause = error.source().and_then(|cause| cause.downcast_ref::<io::Error>());
+        assert_eq!(cause.map(io::Error::kind), Some(io::ErrorKind::NotFound), "{error}");
     }
     let error = load_shape(Path::new("a.fbx")).unwrap_err();
     assert!(matches!(&error, Error::File { .. }), "{error}");
@@ -40,7 +45,9 @@ fn missing_and_unknown_files_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("folder.ply");
     std::fs::create_dir(&path).unwrap();
-    assert!(load_mesh(&path).unwrap_err().to_string().contains("not a regular file"));
+    let error = load_mesh(&path).unwrap_err();
+    let cause = error.source().unwrap().to_string();
+    assert_eq!(cause, "not a regular file", "{error}");
 }
 
 #[test]

@@ -16,7 +16,7 @@ fn optical_depth(scene: &Scene, ray: &Ray) -> f64 {
     let traced = TracedScene::new(scene).unwrap();
     let mut hits = RayHits::<f32>::default();
     traced.tracer().hits(ray, &mut hits).unwrap();
-    let integral = |s: &dsm_core::VolumeSegment<f32>| {
+    let integral = |s: &dsm_core::detail::VolumeSegment<f32>| {
         0.5 * (s.near_extinction[0] + s.far_extinction[0]) * f64::from(s.far - s.near)
     };
     hits.segments().iter().map(integral).sum()

@@ -1,6 +1,7 @@
 //! Files that other programs wrote.
 
-use dsm_scene::{Bounds, Curves, load_curves, load_mesh, load_volume};
+use dsm_scene::Curves;
+use dsm_scene::detail::{Bounds, load_curves, load_mesh, load_volume};
 use glam::{DVec3, IVec3};
 
 use crate::support::real_file;

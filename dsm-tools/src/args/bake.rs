@@ -9,11 +9,19 @@ use deepshadow::{Channels, Filter, FilterShape, Kind};
 
 use super::values::{self, Effort};
 
+const EXAMPLES: &str = "\
+Examples:
+  dsm-tools bake builtin:hairball -o hair.dsm
+  dsm-tools bake scene.toml -o map.dsm --resolution 2048 --samples 64 --mip
+  dsm-tools bake scene.toml -o left.dsm --resolution 512 --crop 0,0,256,512
+  dsm-tools bake model.obj -o layers.dsm --kind layers";
+
 /// Bakes the shadow map of a scene's light
 ///
 /// SCENE is a scene file (.toml), a model (.obj, .ply, .gltf, .glb, .hair,
 /// .vdb) that is looked at from a light of its own, or builtin:NAME.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct BakeFlags {
     /// A scene file, a model, or builtin:NAME
     #[arg(value_name = "SCENE")]
@@ -84,7 +92,10 @@ pub(crate) struct BakeFlags {
     seed: u64,
     #[command(flatten)]
     effort: Effort,
-    /// Show no progress, and print nothing
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+    /// Show no progress, and print nothing but what --json asks for
     #[arg(long)]
     quiet: bool,
 }
@@ -117,6 +128,7 @@ pub(crate) struct Bake {
     pub(crate) output: PathBuf,
     pub(crate) settings: deepshadow::Bake,
     pub(crate) effort: Effort,
+    pub(crate) json: bool,
     pub(crate) quiet: bool,
 }
 
@@ -128,10 +140,33 @@ fn coverage(text: &str) -> Result<u32, String> {
     }
 }
 
+/// Refuses a crop that is no part of the map, or cuts tiles.
+fn check_crop(crop: [u32; 4], size: [u32; 2], tile: u32) -> Result<(), String> {
+    let [left, top, right, bottom] = crop;
+    let [width, height] = size;
+    if left >= right || top >= bottom || right > width || bottom > height {
+        return Err(format!(
+            "--crop: X0 < X1 and Y0 < Y1 have to lie in the map of {width} × {height} pixels"
+        ));
+    }
+    let is_border = |edge: u32, end: u32| edge.is_multiple_of(tile) || edge == end;
+    let edges = [(left, width), (right, width), (top, height), (bottom, height)];
+    if edges.into_iter().all(|(edge, end)| is_border(edge, end)) {
+        return Ok(());
+    }
+    Err(format!(
+        "--crop: its edges have to be multiples of {tile}, the width of a --tile, or edges of the \
+         map of {width} × {height} pixels"
+    ))
+}
+
 impl TryFrom<BakeFlags> for Bake {
     type Error = String;
 
     fn try_from(flags: BakeFlags) -> Result<Self, String> {
+        if let Some(crop) = flags.crop {
+            check_crop(crop, flags.resolution, flags.tile)?;
+        }
         let shape = match flags.filter {
             ShapeName::Box => FilterShape::Box,
             ShapeName::Tent => FilterShape::Tent,
@@ -159,7 +194,7 @@ impl TryFrom<BakeFlags> for Bake {
         settings.pyramid = flags.mip.then(PyramidOptions::default);
         settings.seed = flags.seed;
         settings.check().map_err(text)?;
-        let BakeFlags { scene, output, effort, quiet, .. } = flags;
-        Ok(Self { scene, output, settings, effort, quiet })
+        let BakeFlags { scene, output, effort, json, quiet, .. } = flags;
+        Ok(Self { scene, output, settings, effort, json, quiet })
     }
 }

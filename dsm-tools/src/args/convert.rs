@@ -10,11 +10,17 @@ use deepshadow::visibility::Tolerance;
 
 use super::values::{self, Effort};
 
+const EXAMPLES: &str = "\
+Examples:
+  dsm-tools convert deep.exr map.dsm --tolerance 0.01
+  dsm-tools convert map.dsm deep.exr --exr-layout tiled --exr-type half";
+
 /// Makes a map from a deep image, a flat depth image or another map; or a
 /// deep image from a map
 ///
 /// Prints what had to be clamped, dropped or assumed.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct ConvertFlags {
     /// A deep .exr, a flat .exr with a channel Z, or a .dsm; its content
     /// tells which
@@ -51,7 +57,10 @@ pub(crate) struct ConvertFlags {
     exr_compression: Option<CompressionName>,
     #[command(flatten)]
     effort: Effort,
-    /// Show no progress, and print nothing
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+    /// Show no progress, and print nothing but what --json asks for
     #[arg(long)]
     quiet: bool,
 }
@@ -83,6 +92,7 @@ pub(crate) struct Convert {
     pub(crate) target: ConvertTarget,
     pub(crate) part: Option<String>,
     pub(crate) effort: Effort,
+    pub(crate) json: bool,
     pub(crate) quiet: bool,
 }
 
@@ -156,7 +166,7 @@ impl TryFrom<ConvertFlags> for Convert {
         } else {
             ConvertTarget::Map(flags.map()?)
         };
-        let ConvertFlags { input, output, part, effort, quiet, .. } = flags;
-        Ok(Self { input, output, target, part, effort, quiet })
+        let ConvertFlags { input, output, part, effort, json, quiet, .. } = flags;
+        Ok(Self { input, output, target, part, effort, json, quiet })
     }
 }

@@ -4,6 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+const EXAMPLES: &str = "\
+Examples:
+  dsm-tools demo --out hair";
+
 /// Shows what the program does: bakes a ball of hair and looks into the map
 ///
 /// Bakes builtin:hairball, adds the mip levels, verifies the file, plots a
@@ -11,6 +15,7 @@ use clap::Args;
 /// without and with the shadow it casts on itself, and says how long each step
 /// took.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct DemoFlags {
     /// The folder to write to; made if it is not there
     #[arg(long, value_name = "DIR", default_value = "demo")]

@@ -6,12 +6,17 @@ use clap::Args;
 
 use super::values::Effort;
 
+const EXAMPLES: &str = "\
+Examples:
+  dsm-tools diff old.dsm new.dsm --json";
+
 /// Tells how far the visibility functions of two maps are apart
 ///
 /// Prints the largest difference, at any depth and on both sides of steps, and
 /// the mean one, over all pixels of all levels that both have. Maps that
 /// differ are no failure.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct DiffFlags {
     /// A deep shadow map (.dsm), a deep .exr or a flat depth .exr
     a: PathBuf,

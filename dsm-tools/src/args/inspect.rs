@@ -6,11 +6,18 @@ use clap::Args;
 
 use super::values::{self, ImageFile, ImageFormat};
 
+const EXAMPLES: &str = "\
+Examples:
+  dsm-tools inspect map.dsm
+  dsm-tools inspect map.dsm --pixel 14,11 --plot pixel.svg
+  dsm-tools inspect map.dsm --slice 3.5 --image slice.png";
+
 /// Shows what a map says of itself
 ///
 /// Also one pixel's visibility function, as a list of vertices or as a plot,
 /// and the light that is left at one depth over the whole map, as an image.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct InspectFlags {
     /// A deep shadow map (.dsm)
     file: PathBuf,

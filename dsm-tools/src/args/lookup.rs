@@ -10,6 +10,12 @@ use super::filtering::{self, FilterName};
 use super::layer_rule::LayerFlags;
 use super::values::{self, Effort};
 
+const EXAMPLES: &str = "\
+Examples:
+  dsm-tools lookup map.dsm --points points.csv --filter tent --width 4
+  dsm-tools lookup map.dsm --points pixels.csv --space raster --level auto
+  dsm-tools lookup layers.dsm --points points.csv --rays 64 --light-size 1x0.5";
+
 /// Answers how much light reaches each of many points
 ///
 /// Reads points from a CSV file whose header names columns x, y and z, and
@@ -17,6 +23,7 @@ use super::values::{self, Effort};
 /// left (v), or of each colour (r,g,b). A point outside the map, behind the
 /// camera or with a NaN is lit: 1.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct LookupFlags {
     /// A deep shadow map or a layered one (.dsm)
     map: PathBuf,
@@ -74,6 +81,9 @@ pub(crate) struct LookupFlags {
     stats: bool,
     #[command(flatten)]
     effort: Effort,
+    /// Show no progress
+    #[arg(long)]
+    quiet: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -110,6 +120,7 @@ pub(crate) struct Lookup {
     has_start_before_point: bool,
     pub(crate) stats: bool,
     pub(crate) effort: Effort,
+    pub(crate) quiet: bool,
 }
 
 impl TryFrom<LookupFlags> for Lookup {
@@ -118,7 +129,7 @@ impl TryFrom<LookupFlags> for Lookup {
     fn try_from(flags: LookupFlags) -> Result<Self, String> {
         let LookupFlags { map, points, space, filter, width, level, bias, stats, effort, .. } =
             flags;
-        let LookupFlags { method, rays, light_size, layers, seed, .. } = flags;
+        let LookupFlags { method, rays, light_size, layers, seed, quiet, .. } = flags;
         let footprint = filtering::footprint(filter, width)?;
         let request = Self {
             map,
@@ -136,6 +147,7 @@ impl TryFrom<LookupFlags> for Lookup {
             has_start_before_point: bias.is_some_and(|bias| bias < 0.0),
             stats,
             effort,
+            quiet,
         };
         if let Some(method) = method {
             request.with_method(method)?;

@@ -7,6 +7,11 @@ use deepshadow::visibility::Tolerance;
 
 use super::values::{self, Effort};
 
+const EXAMPLES: &str = "\
+Examples:
+  dsm-tools merge hair.dsm smoke.dsm -o both.dsm --tolerance 0.001
+  dsm-tools merge left.dsm right.dsm -o whole.dsm";
+
 /// Makes one map of several
 ///
 /// Maps of the same pixels are multiplied: the light that gets past all of
@@ -14,6 +19,7 @@ use super::values::{self, Effort};
 /// one pixel multiply to ¼, truth ½ or 0). Crops of one map, which together
 /// cover it, are put together as they are.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct MergeFlags {
     /// Deep shadow maps (.dsm)
     #[arg(required = true, num_args = 2.., value_name = "MAP")]
@@ -28,7 +34,10 @@ pub(crate) struct MergeFlags {
     tolerance: Option<Tolerance>,
     #[command(flatten)]
     effort: Effort,
-    /// Show no progress, and print nothing
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+    /// Show no progress, and print nothing but what --json asks for
     #[arg(long)]
     quiet: bool,
 }
@@ -40,12 +49,13 @@ pub(crate) struct Merge {
     pub(crate) output: PathBuf,
     pub(crate) tolerance: Option<Tolerance>,
     pub(crate) effort: Effort,
+    pub(crate) json: bool,
     pub(crate) quiet: bool,
 }
 
 impl From<MergeFlags> for Merge {
     fn from(flags: MergeFlags) -> Self {
-        let MergeFlags { maps, output, tolerance, effort, quiet } = flags;
-        Self { maps, output, tolerance, effort, quiet }
+        let MergeFlags { maps, output, tolerance, effort, json, quiet } = flags;
+        Self { maps, output, tolerance, effort, json, quiet }
     }
 }

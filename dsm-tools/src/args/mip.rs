@@ -8,6 +8,11 @@ use deepshadow::files::PyramidOptions;
 
 use super::values::{self, Effort};
 
+const EXAMPLES: &str = "\
+Examples:
+  dsm-tools mip map.dsm -o map.dsm
+  dsm-tools mip map.dsm -o small.dsm --levels 4";
+
 /// Gives a map the levels of a mip pyramid
 ///
 /// Each level is half as wide and high as the one before, rounded up, down to
@@ -15,6 +20,7 @@ use super::values::{self, Effort};
 /// of many of the map. Level 0 stays as it is; smaller levels that IN has are
 /// replaced.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct MipFlags {
     /// A deep shadow map (.dsm)
     #[arg(value_name = "IN")]
@@ -32,7 +38,10 @@ pub(crate) struct MipFlags {
     tolerance_scale: f32,
     #[command(flatten)]
     effort: Effort,
-    /// Show no progress, and print nothing
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+    /// Show no progress, and print nothing but what --json asks for
     #[arg(long)]
     quiet: bool,
 }
@@ -44,14 +53,15 @@ pub(crate) struct Mip {
     pub(crate) output: PathBuf,
     pub(crate) options: PyramidOptions,
     pub(crate) effort: Effort,
+    pub(crate) json: bool,
     pub(crate) quiet: bool,
 }
 
 impl From<MipFlags> for Mip {
     fn from(flags: MipFlags) -> Self {
-        let MipFlags { input, output, levels, tolerance_scale, effort, quiet } = flags;
+        let MipFlags { input, output, levels, tolerance_scale, effort, json, quiet } = flags;
         let options = PyramidOptions::default().with_tolerance_scale(tolerance_scale);
         let options = levels.map_or(options, |levels| options.with_levels(levels));
-        Self { input, output, options, effort, quiet }
+        Self { input, output, options, effort, json, quiet }
     }
 }

@@ -13,6 +13,7 @@ mod mip;
 mod render;
 mod values;
 mod verify;
+mod version;
 
 pub(crate) use bake::Bake;
 pub(crate) use convert::{Convert, ConvertTarget};
@@ -26,13 +27,15 @@ pub(crate) use render::{Method, Render};
 pub(crate) use values::{ImageFile, ImageFormat};
 pub(crate) use verify::Verify;
 
+use std::path::Path;
+
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 
 /// Bakes, converts, inspects, looks up, mip-maps, compares, merges, verifies and
 /// renders with deep shadow maps.
 #[derive(Debug, Parser)]
-#[command(name = "dsm-tools", version)]
+#[command(name = "dsm-tools", version = version::version(), max_term_width = 100)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -69,9 +72,35 @@ pub(crate) enum Request {
 }
 
 impl Request {
+    /// Checks that what the command writes can be written, before hours of work
+    /// are lost to a name that cannot.
+    pub(crate) fn check_outputs(&self) -> anyhow::Result<()> {
+        Ok(self.outputs().into_iter().try_for_each(deepshadow::files::detail::check_output)?)
+    }
+
+    /// The files that the command writes; the demo makes its own folder.
+    fn outputs(&self) -> Vec<&Path> {
+        match self {
+            Self::Bake(bake) => vec![&bake.output],
+            Self::Convert(convert) => vec![&convert.output],
+            Self::Mip(mip) => vec![&mip.output],
+            Self::Merge(merge) => vec![&merge.output],
+            Self::Render(render) => vec![&render.output.path],
+            Self::Inspect(inspect) => {
+                let slice = inspect.slice.as_ref().map(|slice| &slice.image);
+                inspect.plot.iter().chain(slice).map(|image| image.path.as_path()).collect()
+            }
+            Self::Demo(_) | Self::Diff(_) | Self::Lookup(_) | Self::Verify(_) => Vec::new(),
+        }
+    }
+
     /// Reads the command line.
     pub(crate) fn parse() -> Result<Self, clap::Error> {
-        Ok(match Arguments::try_parse()?.command {
+        Self::of(Arguments::try_parse()?)
+    }
+
+    fn of(arguments: Arguments) -> Result<Self, clap::Error> {
+        Ok(match arguments.command {
             Command::Bake(flags) => {
                 Self::Bake(Box::new(flags.try_into().map_err(|error| wrong("bake", error))?))
             }
@@ -109,5 +138,22 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn the_examples_of_every_command_are_accepted() {
+        for command in Arguments::command().get_subcommands() {
+            let name = command.get_name();
+            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            let examples: Vec<_> =
+                help.lines().filter(|line| line.starts_with("  dsm-tools ")).collect();
+            assert!(!examples.is_empty(), "{name}");
+            for example in examples {
+                let words: Vec<_> = example.split_whitespace().collect();
+                assert_eq!(words[1], name, "{example}");
+                let request = Arguments::try_parse_from(&words).and_then(Request::of);
+                assert!(request.is_ok(), "{example}: {:?}", request.err());
+            }
+        }
     }
 }

@@ -10,12 +10,19 @@ use super::filtering::{self, FilterName};
 use super::layer_rule::LayerFlags;
 use super::values::{self, Effort, ImageFile, ImageFormat};
 
+const EXAMPLES: &str = "\
+Examples:
+  dsm-tools render builtin:pipes -o pipes.png
+  dsm-tools render scene.toml -o soft.exr --method trace --rays 64 --factor
+  dsm-tools render scene.toml -o picture.png --map map.dsm --compare truth.exr";
+
 /// Renders a scene under its light
 ///
 /// SCENE is what `bake` takes. The light's shadows are looked up in its deep
 /// shadow map, in a plain shadow map with percentage closer filtering, or traced
 /// through the scene itself.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct RenderFlags {
     /// A scene file, a model, or builtin:NAME
     #[arg(value_name = "SCENE")]

@@ -171,7 +171,11 @@ pub(super) fn auto_tolerance(text: &str) -> Result<AutoTolerance, String> {
 /// A width and height in pixels: two numbers, or one for both.
 pub(super) fn resolution(text: &str) -> Result<[u32; 2], String> {
     let (width, height) = text.split_once('x').unwrap_or((text, text));
-    let size = [natural(width)?, natural(height)?];
+    let size = [natural(width), natural(height)];
+    let [Ok(width), Ok(height)] = size else {
+        return Err("a size is a width and a height, as 640x360, or one number".to_owned());
+    };
+    let size = [width, height];
     if size.iter().all(|side| (1..=65_536).contains(side)) {
         Ok(size)
     } else {
@@ -182,11 +186,10 @@ pub(super) fn resolution(text: &str) -> Result<[u32; 2], String> {
 /// The width and height of a light in scene units: two numbers, or one for both.
 pub(super) fn light_size(text: &str) -> Result<[f32; 2], String> {
     let (width, height) = text.split_once('x').unwrap_or((text, text));
-    let size = [finite(width)?, finite(height)?];
-    if size.iter().all(|side| *side >= 0.0) {
-        Ok(size)
-    } else {
-        Err("a light is not smaller than 0".to_owned())
+    match [finite(width), finite(height)] {
+        [Ok(width), Ok(height)] if width >= 0.0 && height >= 0.0 => Ok([width, height]),
+        [Ok(_), Ok(_)] => Err("a light is not smaller than 0".to_owned()),
+        _ => Err("a size is a width and a height, as 1.5x0.5, or one number".to_owned()),
     }
 }
 
@@ -203,11 +206,12 @@ pub(super) fn pixel(text: &str) -> Result<[u32; 2], String> {
 }
 
 fn natural(text: &str) -> Result<u32, String> {
-    text.trim().parse().map_err(|error| format!("\"{text}\": {error}"))
+    let refused = || format!("\"{text}\" is not a whole number from 0 to {}", u32::MAX);
+    text.trim().parse().map_err(|_| refused())
 }
 
 fn number(text: &str) -> Result<f32, String> {
-    text.trim().parse().map_err(|error: std::num::ParseFloatError| error.to_string())
+    text.trim().parse().map_err(|_| format!("\"{text}\" is not a number"))
 }
 
 #[cfg(test)]
@@ -233,6 +237,12 @@ mod tests {
         assert_eq!(resolution("640x360"), Ok([640, 360]));
         for text in ["640x", "-1", "0", "1x0", "65537x1"] {
             assert!(resolution(text).is_err(), "{text}");
+        }
+        for text in ["64*64", "64,64", "64X64", "64 by 64", "1e3", ""] {
+            assert!(resolution(text).is_err_and(|reason| reason.contains("640x360")), "{text}");
+            assert!(
+                text == "1e3" || light_size(text).is_err_and(|reason| reason.contains("1.5x0.5"))
+            );
         }
         assert_eq!(light_size("1.5x0.25"), Ok([1.5, 0.25]));
         assert_eq!(light_size("0"), Ok([0.0; 2]));

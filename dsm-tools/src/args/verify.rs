@@ -6,11 +6,17 @@ use clap::Args;
 
 use super::values::Effort;
 
+const EXAMPLES: &str = "\
+Examples:
+  dsm-tools verify map.dsm other.dsm
+  dsm-tools verify map.dsm --against deep.exr --json";
+
 /// Checks every checksum and every invariant of maps
 ///
 /// With --against also that each map keeps its stated tolerance to the file
 /// that it was made of.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct VerifyFlags {
     /// Deep shadow maps (.dsm)
     #[arg(required = true, value_name = "FILE")]

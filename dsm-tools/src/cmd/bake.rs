@@ -1,20 +1,17 @@
 //! `bake`: the shadow map of a scene's light.
 
-use std::io::{self, Write};
-use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
 use deepshadow::files::Attribute;
 use deepshadow::scene::{Scene, open_scene};
-use deepshadow::visibility::BakeProgress;
-use deepshadow::{BakeReport, bake};
-use indicatif::ProgressBar;
+use deepshadow::{BakeReport, Progress, bake};
+use serde::Serialize;
 
 use crate::args::Bake;
-use crate::interrupt::Interrupt;
-use crate::output::{printable, progress};
+use crate::output::progress::Watch;
+use crate::output::written::{Written, channels_name};
 use crate::parallel::with_threads;
 
 pub(crate) fn run(request: &Bake) -> Result<()> {
@@ -25,31 +22,49 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
         let name = request.scene.to_string_lossy();
         bake_scene(&scene, &name, request.settings.clone(), &request.output, request.quiet)
     })?;
-    if request.quiet {
-        return Ok(());
-    }
+    let details = Details {
+        tolerance: report.tolerance,
+        samples: report.samples,
+        hits: report.hits,
+        cut_pixels: report.cut_pixels,
+        scene_s: opened.as_secs_f64(),
+        bake_s: (started.elapsed() - opened).as_secs_f64(),
+    };
+    let Details { tolerance, samples, hits, cut_pixels, scene_s, bake_s } = details;
     let [width, height] = request.settings.resolution;
     let [left, top, right, bottom] = request.settings.crop.unwrap_or([0, 0, width, height]);
-    let mut lines = format!(
-        "{}: {} × {} pixels, {}, tolerance {}, {} bytes\n  \
-         {} samples met {} surfaces and stretches of media\n  \
-         scene {:.2} s, bake {:.2} s\n",
-        printable(&request.output.to_string_lossy()),
-        right - left,
-        bottom - top,
-        if report.channels == 1 { "mono" } else { "RGB" },
-        report.tolerance,
-        report.bytes,
-        report.samples,
-        report.hits,
-        opened.as_secs_f64(),
-        (started.elapsed() - opened).as_secs_f64(),
-    );
-    if report.cut_pixels > 0 {
-        let cut = report.cut_pixels;
-        lines += &format!("  {cut} pixels have more layers than --layers keeps\n");
+    // 1 or 3.
+    let channels = report.channels as u8;
+    let cut = format!("{cut_pixels} pixels have more layers than --layers keeps");
+    Written {
+        output: &request.output,
+        width: right - left,
+        height: bottom - top,
+        channels,
+        bytes: report.bytes,
+        details,
+        notes: if cut_pixels > 0 { vec![cut] } else { Vec::new() },
+        summary: format!("{}, tolerance {tolerance}", channels_name(channels)),
+        lines: vec![
+            format!("{samples} samples met {hits} surfaces and stretches of media"),
+            format!("scene {scene_s:.2} s, bake {bake_s:.2} s"),
+        ],
     }
-    Ok(io::stdout().write_all(lines.as_bytes())?)
+    .print(request.json, request.quiet)
+}
+
+/// What `--json` tells besides the file.
+#[derive(Clone, Copy, Serialize)]
+struct Details {
+    tolerance: f32,
+    samples: u64,
+    /// Surfaces and stretches of media that the samples met.
+    hits: u64,
+    /// Pixels of a layered map with more layers than were kept.
+    cut_pixels: u64,
+    /// Seconds to open the scene.
+    scene_s: f64,
+    bake_s: f64,
 }
 
 /// Bakes a scene on the current pool, with a progress bar, until somebody
@@ -70,30 +85,13 @@ pub(crate) fn bake_scene(
     ] {
         settings = settings.with_attribute(key, Attribute::string(&value));
     }
-    let watch = Watch::start(quiet)?;
-    let baked = bake(scene, &scene.light, &settings, output, |progress| watch.at(progress));
-    watch.bar.finish_and_clear();
+    let (watch, started) = (Watch::start("baking", quiet)?, Instant::now());
+    let baked = bake(scene, &scene.light, &settings, output, |progress| {
+        let Progress { done, total, .. } = progress;
+        let rate = done as f64 / started.elapsed().as_secs_f64();
+        watch.set_message(format!("baking, {done} of {total} tiles, {rate:.1} a second"));
+        watch.at(progress)
+    });
+    drop(watch);
     baked.with_context(|| format!("baking {name}"))
-}
-
-/// Shows how far a bake has come, and breaks it off where that is asked.
-struct Watch {
-    bar: ProgressBar,
-    interrupt: Interrupt,
-    started: Instant,
-}
-
-impl Watch {
-    fn start(quiet: bool) -> Result<Self> {
-        let bar = progress::bar(0, "baking".to_owned(), quiet);
-        Ok(Self { bar, interrupt: Interrupt::listen()?, started: Instant::now() })
-    }
-
-    fn at(&self, BakeProgress { done, tiles }: BakeProgress) -> ControlFlow<()> {
-        let rate = done as f64 / self.started.elapsed().as_secs_f64();
-        self.bar.set_length(tiles);
-        self.bar.set_position(done);
-        self.bar.set_message(format!("baking, {done} of {tiles} tiles, {rate:.1} a second"));
-        if self.interrupt.is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    }
 }

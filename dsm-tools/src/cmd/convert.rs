@@ -1,65 +1,101 @@
 //! `convert`: from an image or a map to a map, from a map to an image.
 
-use std::io::{self, Write};
-
 use anyhow::{Context, Result};
 use deepshadow::files::{ExportOptions, ExportReport, Limits, MapSource, convert, export_deep_exr};
+use serde::Serialize;
 
 use crate::args::{Convert, ConvertTarget};
-use crate::output::{printable, progress};
+use crate::output::printable;
+use crate::output::progress::Watch;
+use crate::output::written::{Written, channels_name};
 use crate::parallel::with_threads;
 
 /// Channels that a map keeps, as depth and opacity.
 const KEPT: [&str; 9] = ["Z", "ZBack", "A", "AR", "AG", "AB", "RA", "GA", "BA"];
 
+/// What `--json` tells besides the file.
+#[derive(Serialize)]
+struct Details {
+    /// Samples of the image that was read or written; of a map 0.
+    samples: u64,
+    #[serde(flatten)]
+    image: Option<ImageDetails>,
+}
+
+/// What `--json` tells of an image that was written.
+#[derive(Serialize)]
+struct ImageDetails {
+    /// The most samples of a pixel.
+    max_samples: u64,
+    /// How far the image is off from the map, how far it may be, and how far it
+    /// may be off from what the map was made of.
+    error: f64,
+    allowed: f32,
+    total_error: f64,
+}
+
 pub(crate) fn run(request: &Convert) -> Result<()> {
     let Convert { input, output, part, .. } = request;
     let mut source = MapSource::open(input, part.as_deref(), &Limits::default())?;
     let [width, height] = source.size();
-    let told = with_threads(request.effort.threads, || {
-        let bar = progress::bar(height.into(), "converting".to_owned(), request.quiet);
-        let rows_done = |rows: u32| bar.set_position(rows.into());
+    let mut notes = lost(&source);
+    let (details, lines) = with_threads(request.effort.threads, || {
+        let watch = Watch::start("converting", request.quiet)?;
+        let at = |progress| watch.at(progress);
         let done = match &request.target {
             ConvertTarget::Map(options) => {
-                convert(&mut source, output, options, rows_done).map(|report| report.lines())
+                convert(&mut source, output, options, at).map(|report| {
+                    notes.extend(report.lines());
+                    (Details { samples: report.samples, image: None }, Vec::new())
+                })
             }
-            ConvertTarget::Image(options) => {
-                export_deep_exr(&mut source, output, options, rows_done)
-                    .map(|report| written(&report, options))
-            }
+            ConvertTarget::Image(options) => export_deep_exr(&mut source, output, options, at)
+                .map(|report| written(&report, options, &mut notes)),
         };
-        bar.finish_and_clear();
+        drop(watch);
         done.with_context(|| format!("converting {}", input.display()))
     })?;
-    if request.quiet {
-        return Ok(());
+    let channels = source.channels();
+    Written {
+        output,
+        width,
+        height,
+        channels,
+        bytes: output.metadata().map_or(0, |metadata| metadata.len()),
+        details,
+        notes,
+        summary: channels_name(channels).to_owned(),
+        lines,
     }
-    let bytes = output.metadata().map_or(0, |metadata| metadata.len());
-    let mut lines = vec![format!(
-        "{}: {width} × {height} pixels, {}, {bytes} bytes",
-        printable(&output.to_string_lossy()),
-        if source.channels() == 1 { "mono" } else { "RGB" },
-    )];
-    lines.extend(lost(&source).into_iter().chain(told).map(|line| format!("  {line}")));
-    lines.push(String::new());
-    Ok(io::stdout().write_all(lines.join("\n").as_bytes())?)
+    .print(request.json, request.quiet)
 }
 
-/// What an image holds, how far it is off, and what it does not have.
-fn written(report: &ExportReport, options: &ExportOptions) -> Vec<String> {
+/// What an image holds and how far it is off, for both readers; what it does not
+/// have goes to the notes.
+fn written(
+    report: &ExportReport,
+    options: &ExportOptions,
+    notes: &mut Vec<String>,
+) -> (Details, Vec<String>) {
     let ExportReport { samples, max_samples, achieved, total, left_out, .. } = report;
     let stated = options.error.epsilon();
-    let mut lines = vec![
+    let lines = vec![
         format!("{samples} samples, at most {max_samples} a pixel"),
         format!("off by {achieved:.2e} from the map, {stated:e} allowed; {total:.6} in all"),
     ];
+    let image = ImageDetails {
+        max_samples: u64::from(*max_samples),
+        error: *achieved,
+        allowed: stated,
+        total_error: *total,
+    };
     if achieved > &f64::from(stated) {
-        lines.push("more than allowed: half opacities are too coarse for that".to_owned());
+        notes.push("more than allowed: half opacities are too coarse for that".to_owned());
     }
     if !left_out.is_empty() {
-        lines.push(format!("lost: attributes {}", printable(&left_out.join(", "))));
+        notes.push(format!("lost: attributes {}", printable(&left_out.join(", "))));
     }
-    lines
+    (Details { samples: *samples, image: Some(image) }, lines)
 }
 
 /// What is in the source and has no place in the map.

@@ -6,7 +6,8 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
+use deepshadow::files::detail::check_output;
 use deepshadow::files::{Limits, MapReader, PyramidOptions, mip};
 use deepshadow::scene::{Image, RenderSettings, Renderer, Scene, TracedScene, builtin_scene};
 use deepshadow::visibility::DeepMap;
@@ -16,7 +17,8 @@ use super::bake::bake_scene;
 use super::inspect::{plot_pixel, write_slice};
 use super::render::render_with_bar;
 use crate::args::{Demo, ImageFile, ImageFormat, SliceFile};
-use crate::output::{picture, printable, progress};
+use crate::output::progress::Watch;
+use crate::output::{picture, printable};
 use crate::parallel::with_threads;
 
 /// Width and height of the map.
@@ -41,6 +43,9 @@ impl Demonstration<'_> {
         fs::create_dir_all(folder)
             .with_context(|| format!("cannot make the folder {}", folder.display()))?;
         let path = |name: &str| folder.join(name);
+        for name in ["hairball.dsm", "pixel.png", "shadow.png", "render.png"] {
+            check_output(&path(name))?;
+        }
         let quiet = self.request.quiet;
 
         let scene = builtin_scene("hairball")?;
@@ -65,19 +70,16 @@ impl Demonstration<'_> {
             ),
         )?;
 
-        let bar = progress::bar(0, "averaging".to_owned(), quiet);
-        mip(&map, &map_path, &PyramidOptions::default(), |done, tiles| {
-            bar.set_length(tiles);
-            bar.set_position(done);
-        })?;
-        bar.finish_and_clear();
+        let watch = Watch::start("averaging", quiet)?;
+        mip(&map, &map_path, &PyramidOptions::default(), |progress| watch.at(progress))?;
+        drop(watch);
         drop(map);
         let map = MapReader::open(&map_path, &Limits::default())?;
         let bytes = map.container().file_length();
         self.say("mip", &format!("{} levels, {bytes} bytes", map.levels().len()))?;
 
-        if let Some(error) = map.verify().first() {
-            bail!("verifying: {error}");
+        if let Some(error) = map.verify().into_iter().next() {
+            return Err(error).context("verifying");
         }
         self.say("verify", "every checksum and every function is as it must be")?;
 

@@ -3,11 +3,12 @@
 use std::io::{self, BufWriter, Write};
 
 use anyhow::{Result, anyhow};
-use deepshadow::files::{Error, Limits, MapDifference, MapSource, WorstPixel, compare_levels};
+use deepshadow::files::detail::WorstPixel;
+use deepshadow::files::{Error, Limits, MapDifference, MapSource, compare_levels};
 use serde::Serialize;
 
 use crate::args::Diff;
-use crate::output::progress;
+use crate::output::progress::Watch;
 use crate::parallel::with_threads;
 
 /// What `--json` prints.
@@ -32,12 +33,9 @@ pub(crate) fn run(request: &Diff) -> Result<()> {
     let open = |path| MapSource::open(path, None, &Limits::default());
     let (mut one, mut other) = (open(a)?, open(b)?);
     let difference = with_threads(request.effort.threads, || {
-        let bar = progress::bar(0, "comparing".to_owned(), request.quiet);
-        let compared = compare_levels(&mut one, &mut other, |rows, of| {
-            bar.set_length(of);
-            bar.set_position(rows);
-        });
-        bar.finish_and_clear();
+        let watch = Watch::start("comparing", request.quiet)?;
+        let compared = compare_levels(&mut one, &mut other, |progress| watch.at(progress));
+        drop(watch);
         compared.map_err(|error| match error {
             // That names a file already.
             Error::File { .. } => anyhow!(error),

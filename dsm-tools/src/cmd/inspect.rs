@@ -5,8 +5,10 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use deepshadow::ShadowMap;
-use deepshadow::files::{AnyDeepMap, Level, TileRect, replace_file};
-use deepshadow::visibility::{DeepMap, Transmittance, VisibilityView};
+use deepshadow::files::detail::replace_file;
+use deepshadow::files::{AnyDeepMap, Level, TileRect};
+use deepshadow::visibility::detail::VisibilityView;
+use deepshadow::visibility::{DeepMap, Transmittance};
 
 use crate::args::{ImageFile, ImageFormat, Inspect, SliceFile};
 use crate::output::plot;

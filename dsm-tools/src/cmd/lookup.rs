@@ -1,18 +1,19 @@
 //! `lookup`: the light that reaches points.
 
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, IsTerminal, Read, Write};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, anyhow};
 use deepshadow::glam::DVec3;
 use deepshadow::{OpenOptions, Query, Shadow, Values};
+use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::args::{Lookup, Space};
-use crate::output::light;
+use crate::output::{light, progress};
 use crate::parallel::with_threads;
 use crate::points::PointReader;
 
@@ -78,7 +79,7 @@ pub(crate) fn run(request: &Lookup) -> Result<()> {
 /// how long their lookups took.
 fn answer_all(request: &Lookup, shadow: &Shadow) -> Result<(u64, Duration)> {
     let path = request.points.as_path();
-    let mut points = open(path)?;
+    let (mut points, bar) = open(path, request.quiet)?;
     let mut output = BufWriter::new(io::stdout().lock());
     output.write_all(light::header(shadow.channels()))?;
     let (mut count, mut time) = (0_u64, Duration::ZERO);
@@ -100,6 +101,7 @@ fn answer_all(request: &Lookup, shadow: &Shadow) -> Result<(u64, Duration)> {
         write_lines(&values, &mut output)?;
         count += chunk.len() as u64;
     }
+    bar.finish_and_clear();
     output.flush()?;
     Ok((count, time))
 }
@@ -118,7 +120,13 @@ fn write_lines(values: &Values, output: &mut impl Write) -> Result<()> {
     lines.iter().try_for_each(|lines| Ok(output.write_all(lines)?))
 }
 
-fn open(path: &Path) -> Result<PointReader<File>> {
+/// Opens the points. The bar shows how many of their bytes are read, unless the
+/// answers fill the terminal.
+fn open(path: &Path, quiet: bool) -> Result<(PointReader<impl Read>, ProgressBar)> {
     let file = File::open(path).with_context(|| format!("cannot open {}", path.display()))?;
-    PointReader::new(file).with_context(|| format!("{}", path.display()))
+    let bytes = file.metadata().map_or(0, |metadata| metadata.len());
+    let quiet = quiet || io::stdout().is_terminal();
+    let bar = progress::bar(bytes, "looking up".to_owned(), quiet);
+    let points = PointReader::new(bar.wrap_read(file));
+    Ok((points.with_context(|| format!("{}", path.display()))?, bar))
 }

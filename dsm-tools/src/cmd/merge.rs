@@ -1,50 +1,60 @@
 //! `merge`: several maps into one.
 
-use std::io::{self, Write};
-
 use anyhow::{Context, Result};
-use deepshadow::files::{Limits, MapReader, MergeReport, merge};
+use deepshadow::files::{Limits, MapReader, MergeReport, Metadata, merge};
+use serde::Serialize;
 
 use crate::args::Merge;
-use crate::output::{printable, progress};
+use crate::output::progress::Watch;
+use crate::output::written::{Written, channels_name};
 use crate::parallel::with_threads;
+
+/// What `--json` tells besides the file.
+#[derive(Serialize)]
+struct Details {
+    /// How the maps became one: `product` or `crops`.
+    operation: &'static str,
+    maps: usize,
+    tolerance: f32,
+}
 
 pub(crate) fn run(request: &Merge) -> Result<()> {
     let Merge { maps, output, tolerance, .. } = request;
     let open = |path| MapReader::open(path, &Limits::default());
     let maps = maps.iter().map(open).collect::<Result<Vec<_>, _>>()?;
     let report = with_threads(request.effort.threads, || {
-        let bar = progress::bar(0, "merging".to_owned(), request.quiet);
-        let merged = merge(&maps, output, *tolerance, |done, of| {
-            bar.set_length(of);
-            bar.set_position(done);
-        });
-        bar.finish_and_clear();
+        let watch = Watch::start("merging", request.quiet)?;
+        let merged = merge(&maps, output, *tolerance, |progress| watch.at(progress));
+        drop(watch);
         Ok(merged?)
     })?;
-    if request.quiet {
+    if request.quiet && !request.json {
         return Ok(());
     }
     let merged = MapReader::open(output, &Limits::default()).context("reading what was written")?;
-    let metadata = merged.metadata();
-    let mut lines = vec![format!(
-        "{}: {} × {} pixels, {}, {} bytes",
-        printable(&output.to_string_lossy()),
-        metadata.width,
-        metadata.height,
-        if metadata.channels == 1 { "mono" } else { "RGB" },
-        merged.container().file_length()
-    )];
-    match report {
+    let &Metadata { width, height, channels, info, .. } = merged.metadata();
+    let count = maps.len();
+    let mut notes = Vec::new();
+    let (operation, line) = match report {
         MergeReport::Multiplied { tolerance, lost_levels, .. } => {
-            let (count, epsilon) = (maps.len(), tolerance.epsilon());
-            lines.push(format!("  the product of {count} maps, within {epsilon:.6}"));
             if lost_levels > 0 {
-                lines.push(format!("  lost: {lost_levels} smaller levels"));
+                notes.push(format!("lost: {lost_levels} smaller levels"));
             }
+            let epsilon = tolerance.epsilon();
+            ("product", format!("the product of {count} maps, within {epsilon:.6}"))
         }
-        _ => lines.push(format!("  put together of {} crops", maps.len())),
+        _ => ("crops", format!("put together of {count} crops")),
+    };
+    Written {
+        output,
+        width,
+        height,
+        channels,
+        bytes: merged.container().file_length(),
+        details: Details { operation, maps: count, tolerance: info.tolerance.epsilon() },
+        notes,
+        summary: channels_name(channels).to_owned(),
+        lines: vec![line],
     }
-    lines.push(String::new());
-    Ok(io::stdout().write_all(lines.join("\n").as_bytes())?)
+    .print(request.json, request.quiet)
 }

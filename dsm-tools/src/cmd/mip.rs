@@ -1,35 +1,46 @@
 //! `mip`: a map with the levels of its pyramid.
 
-use std::io::{self, Write};
-
 use anyhow::{Context, Result};
-use deepshadow::files::{Limits, MapReader, mip};
+use deepshadow::files::{Limits, MapReader, Metadata, mip};
+use serde::Serialize;
 
 use crate::args::Mip;
-use crate::output::{printable, progress};
+use crate::output::progress::Watch;
+use crate::output::written::Written;
 use crate::parallel::with_threads;
 
+/// What `--json` tells besides the file.
+#[derive(Serialize)]
+struct Details {
+    levels: usize,
+}
+
 pub(crate) fn run(request: &Mip) -> Result<()> {
-    let Mip { input, output, options, quiet, .. } = request;
+    let Mip { input, output, options, json, quiet, .. } = request;
     let map = MapReader::open(input, &Limits::default())?;
     with_threads(request.effort.threads, || {
-        let bar = progress::bar(0, "averaging".to_owned(), *quiet);
-        let done = mip(&map, output, options, |done, tiles| {
-            bar.set_length(tiles);
-            bar.set_position(done);
-        });
-        bar.finish_and_clear();
+        let watch = Watch::start("averaging", *quiet)?;
+        let done = mip(&map, output, options, |progress| watch.at(progress));
+        drop(watch);
         done.with_context(|| format!("averaging {}", input.display()))
     })?;
-    if *quiet {
+    if *quiet && !json {
         return Ok(());
     }
     let written = MapReader::open(output, &Limits::default())?;
-    let [width, height] = [map.metadata().width, map.metadata().height];
-    let (levels, bytes) = (written.levels().len(), written.container().file_length());
+    let levels = written.levels().len();
     let plural = if levels == 1 { "" } else { "s" };
-    let name = printable(&output.to_string_lossy());
-    let line =
-        format!("{name}: {width} × {height} pixels, {levels} level{plural}, {bytes} bytes\n");
-    Ok(io::stdout().write_all(line.as_bytes())?)
+    let &Metadata { width, height, channels, .. } = map.metadata();
+    Written {
+        output,
+        width,
+        height,
+        channels,
+        bytes: written.container().file_length(),
+        details: Details { levels },
+        notes: Vec::new(),
+        summary: format!("{levels} level{plural}"),
+        lines: Vec::new(),
+    }
+    .print(*json, *quiet)
 }

@@ -1,15 +1,13 @@
 //! `render`: a scene under its light.
 
 use std::io::{self, Write};
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use deepshadow::scene::{
-    Image, ImageDifference, RenderProgress, RenderSettings, Renderer, Scene, TracedScene,
-    open_scene,
+    Image, ImageDifference, RenderSettings, Renderer, Scene, TracedScene, open_scene,
 };
 use deepshadow::{
     Bias, BiasSummary, Kind, LevelChoice, Method as MapMethod, PlainShadow, Query, Shadow,
@@ -20,8 +18,8 @@ use tempfile::TempDir;
 
 use super::bake::bake_scene;
 use crate::args::{Method, Render};
-use crate::interrupt::Interrupt;
-use crate::output::{picture, printable, progress};
+use crate::output::progress::Watch;
+use crate::output::{picture, printable};
 use crate::parallel::with_threads;
 
 /// Pixels of the map that is baked where none is given, their samples, and how
@@ -250,15 +248,9 @@ pub(crate) fn render_with_bar(
     quiet: bool,
 ) -> Result<(Image, f64)> {
     let started = Instant::now();
-    let interrupt = Interrupt::listen()?;
-    let bar = progress::bar(0, "rendering".to_owned(), quiet);
-    let watch = |progress: RenderProgress| {
-        bar.set_length(progress.blocks);
-        bar.set_position(progress.done);
-        if interrupt.is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    };
-    let image = renderer.render(shadow, watch);
-    bar.finish_and_clear();
+    let watch = Watch::start("rendering", quiet)?;
+    let image = renderer.render(shadow, |progress| watch.at(progress));
+    drop(watch);
     match image? {
         Some(image) => Ok((image, started.elapsed().as_secs_f64())),
         None => bail!("rendering: interrupted"),

@@ -9,7 +9,7 @@ use deepshadow::files::{Error, Limits, MapSource};
 use serde::Serialize;
 
 use crate::args::Verify;
-use crate::output::progress;
+use crate::output::progress::Watch;
 use crate::parallel::with_threads;
 
 /// What `--json` prints.
@@ -49,14 +49,14 @@ fn print(outcome: &Outcome, json: bool) -> io::Result<()> {
 }
 
 fn check(path: &Path, request: &Verify) -> FileOutcome {
-    let errors = open_and_check(path, request).unwrap_or_else(|error| vec![error.to_string()]);
+    let errors = open_and_check(path, request).unwrap_or_else(|error| vec![whole_message(error)]);
     FileOutcome { path: path.display().to_string(), ok: errors.is_empty(), errors }
 }
 
 /// What is wrong with a map. Only one that is sound is held to its bound.
 fn open_and_check(path: &Path, request: &Verify) -> deepshadow::Result<Vec<String>> {
     let map = ShadowMap::open(path)?;
-    let mut errors: Vec<_> = map.verify().iter().map(Error::to_string).collect();
+    let mut errors: Vec<_> = map.verify().into_iter().map(whole_message).collect();
     if let (Some(source), true) = (&request.against, errors.is_empty()) {
         errors.extend(check_against(&map, source, request).err());
     }
@@ -65,17 +65,22 @@ fn open_and_check(path: &Path, request: &Verify) -> deepshadow::Result<Vec<Strin
 
 fn check_against(map: &ShadowMap, path: &Path, request: &Verify) -> Result<(), String> {
     let source = MapSource::open(path, request.part.as_deref(), &Limits::default());
-    let mut source = source.map_err(|error| error.to_string())?;
-    let bar = progress::bar(map.size()[1].into(), "comparing".to_owned(), request.quiet);
-    let checked = map.check_against(&mut source, |rows| bar.set_position(rows.into()));
-    bar.finish_and_clear();
+    let mut source = source.map_err(whole_message)?;
+    let watch = Watch::start("comparing", request.quiet).map_err(whole_message)?;
+    let checked = map.check_against(&mut source, |progress| watch.at(progress));
+    drop(watch);
     checked.map_err(|error| match error {
         // That names a file already.
-        deepshadow::Error::File(Error::File { .. }) | deepshadow::Error::Query { .. } => {
-            error.to_string()
+        deepshadow::Error::File(Error::File(_)) | deepshadow::Error::Query { .. } => {
+            whole_message(error)
         }
-        error => format!("against {}: {error}", path.display()),
+        error => format!("against {}: {}", path.display(), whole_message(error)),
     })
+}
+
+/// An error with its causes, in one line.
+fn whole_message(error: impl Into<anyhow::Error>) -> String {
+    format!("{:#}", error.into())
 }
 
 impl Outcome {

@@ -6,6 +6,7 @@ pub(crate) mod plot;
 pub(crate) mod progress;
 pub(crate) mod slice;
 pub(crate) mod summary;
+pub(crate) mod written;
 
 /// The text without what could break a line or move a terminal's cursor,
 /// whatever file names and metadata hold.

@@ -22,7 +22,7 @@ pub(crate) fn write_picture(image: &Image, file: &ImageFile) -> Result<()> {
         _ => image.to_png().map_err(anyhow::Error::from),
     };
     let encoded = encoded.with_context(|| format!("encoding {}", file.path.display()))?;
-    Ok(deepshadow::files::replace_file(&file.path, &encoded)?)
+    Ok(deepshadow::files::detail::replace_file(&file.path, &encoded)?)
 }
 
 fn exr(image: &Image) -> Result<Vec<u8>> {

@@ -1,7 +1,8 @@
 //! A plot of one pixel's visibility function, as SVG or PNG.
 
 use anyhow::{Context, Result, anyhow};
-use deepshadow::visibility::{Transmittance, VisibilityView};
+use deepshadow::visibility::Transmittance;
+use deepshadow::visibility::detail::VisibilityView;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::register_font;

@@ -3,8 +3,9 @@
 use std::io::Cursor;
 
 use anyhow::{Context, Result};
-use deepshadow::scene::srgb_code;
-use deepshadow::visibility::{MapInfo, PixelWindow, Transmittance, VisibilityField};
+use deepshadow::scene::detail::srgb_code;
+use deepshadow::visibility::detail::PixelWindow;
+use deepshadow::visibility::{MapInfo, Transmittance, VisibilityField};
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, IntegerBounds, Layer, LayerAttributes,
     Vec2, WritableImage,

@@ -4,11 +4,10 @@ use std::collections::BTreeMap;
 use std::io::{self, Write};
 
 use deepshadow::ShadowMap;
-use deepshadow::files::{
-    Attribute, Block, Codec, Level, MapSummary, PixelContents, PixelValue, SummaryValue,
-    TileDirectory, TileEntry,
-};
-use deepshadow::visibility::{DepthKind, Filter, LightExtent, PixelWindow, ShadowCamera};
+use deepshadow::files::detail::{PixelValue, SummaryValue, TileDirectory, TileEntry};
+use deepshadow::files::{Attribute, Block, Codec, Level, MapSummary, PixelContents};
+use deepshadow::visibility::detail::{LightExtent, PixelWindow};
+use deepshadow::visibility::{DepthKind, Filter, ShadowCamera};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::Value;
 

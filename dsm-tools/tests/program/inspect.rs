@@ -193,5 +193,6 @@ fn refusals_say_why() {
     );
     let missing = run!("inspect", folder.path("no.dsm"));
     assert!(missing.refusal().contains("no.dsm: cannot open: No such file"), "{missing:?}");
+    assert_eq!(missing.refusal().matches("No such file").count(), 1, "{missing:?}");
     run!("inspect", path, "--pixel", "1").is_wrong_usage("X,Y");
 }

@@ -254,6 +254,16 @@ fn statistics_are_one_line_of_json() {
 }
 
 #[test]
+fn quiet_answers_all_the_same() {
+    let folder = Folder::new();
+    let path = folder.map("map.dsm", &mono(MapInfo::default()));
+    let file = folder.write("points.csv", csv(&points(10)));
+    let answer = run!("lookup", path, "--points", file, "--space", "raster").stdout();
+    let quiet = run!("lookup", path, "--points", file, "--space", "raster", "--quiet").stdout();
+    assert_eq!(answer, quiet);
+}
+
+#[test]
 fn a_closed_pipe_is_success() {
     let folder = Folder::new();
     let path = folder.map("map.dsm", &mono(MapInfo::default()));
@@ -282,8 +292,19 @@ fn refusals_say_what_and_where() {
             "word.csv: line 4: z is not a number: \"three\"",
         ),
         ("short.csv", "x,y,z\n1,2\n", "short.csv: line 2: there is no z"),
-        ("column.csv", "x,y\n1,2\n", "column.csv: the header has no column z"),
-        ("empty.csv", "", "empty.csv: the header has no column x"),
+        ("column.csv", "x,y\n1,2\n", "column.csv: the header has no column z; it has x, y"),
+        ("case.csv", "X,Y,Z\n", "case.csv: the header has no column x; it has X, Y, Z"),
+        ("empty.csv", "", "empty.csv: there is no header: the first line names the columns, x,y,z"),
+        (
+            "bare.csv",
+            "1,2,3\n",
+            "there is no header: the first line is numbers, and has to name the columns, x,y,z",
+        ),
+        (
+            "semicolons.csv",
+            "x;y;z\n1;2;3\n",
+            "the columns are separated by semicolons, and have to be by commas",
+        ),
         ("break.csv", "x,y,z\n1,2,\"a\nb\"\n", "break.csv: line 2: z is not a number: \"a b\""),
     ] {
         let file = folder.write(name, text);

@@ -18,3 +18,5 @@ mod run;
 mod soft_shadows;
 mod usage;
 mod verify;
+mod version;
+mod written;

@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use dsm_core::detail::PixelWindow;
 use dsm_core::{
-    DeepMap, Filter, FilterShape, MapInfo, PixelListsBuilder, PixelWindow, Rgb, ShadowCamera,
-    Tolerance, Transmittance, Vertex,
+    DeepMap, Filter, FilterShape, MapInfo, PixelListsBuilder, Rgb, ShadowCamera, Tolerance,
+    Transmittance, Vertex,
 };
-use dsm_io::{
-    AchievedError, Attribute, Block, Level, MapWriter, Metadata, TileId, WriteOptions, write_map,
-};
+use dsm_io::detail::{AchievedError, TileId};
+use dsm_io::{Attribute, Block, Level, MapWriter, Metadata, WriteOptions, write_map};
 use glam::{DMat4, DVec4};
 use tempfile::TempDir;
 

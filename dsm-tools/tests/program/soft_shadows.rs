@@ -6,7 +6,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use dsm_core::{Facing, LightVisibility, Rgb, ShadedPoint, Transmittance};
-use dsm_io::{KindReader, Limits};
+use dsm_io::Limits;
+use dsm_io::detail::KindReader;
 use dsm_scene::{SceneReference, TracedScene, open_scene};
 use glam::DVec3;
 use serde_json::Value;

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
 use dsm_core::{DeepMap, PixelListsBuilder, Rgb, Transmittance, Vertex};
-use dsm_io::{AchievedError, Limits, MapReader, WriteOptions, write_map};
+use dsm_io::detail::AchievedError;
+use dsm_io::{Limits, MapReader, WriteOptions, write_map};
 use serde_json::{Value, json};
 
 use crate::maps::{Folder, full_info, mono, rgb};
@@ -51,7 +52,8 @@ fn files_that_are_no_maps_fail() {
     let answer = run!("verify", text, folder.path("missing.dsm"));
     assert!(answer.refusal().starts_with("2 of 2 files failed: "), "{answer:?}");
     assert!(answer.stdout.contains("text.dsm: 1 error\n"), "{answer:?}");
-    assert!(answer.stdout.contains("No such file"), "{answer:?}");
+    assert_eq!(answer.stdout.matches("missing.dsm: cannot open: No such file").count(), 1);
+    assert_eq!(answer.stdout.matches("No such file").count(), 1, "{answer:?}");
 }
 
 #[test]

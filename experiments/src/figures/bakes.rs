@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::Result;
+use dsm_core::Progress;
 use dsm_core::{BakeSettings, Baker, DeepMap, PixelSampling, Quantization};
 use dsm_io::{BakeOptions, Codec, Limits, MapReader, PyramidOptions, bake, mip};
 use tempfile::TempDir;
@@ -103,7 +104,7 @@ fn store(stage: &Stage, side: u32, folder: &TempDir) -> Result<StoredMap> {
     let seconds = start.elapsed().as_secs_f64();
     let path_with_mips = folder.path().join(format!("{side}-mip.dsm"));
     let reader = MapReader::open(&path, &Limits::default())?;
-    mip(&reader, &path_with_mips, &PyramidOptions::default(), |_, _| ())?;
+    mip(&reader, &path_with_mips, &PyramidOptions::default(), Progress::ignore)?;
     let bytes_with_mips = std::fs::metadata(&path_with_mips)?.len();
     Ok(StoredMap { side, bytes: report.bytes, bytes_with_mips, seconds, path, path_with_mips })
 }

@@ -3,11 +3,9 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use dsm_core::{BakeProgress, BakeSettings, HitSource, Tolerance, Transmittance};
-use dsm_io::{
-    AchievedError, BakeReport, Block, Codec, EncodedTile, Error, KindWriter, MapKind, Metadata,
-    Result, TileId, WriteOptions,
-};
+use dsm_core::{BakeSettings, HitSource, Progress, Tolerance, Transmittance};
+use dsm_io::detail::{AchievedError, EncodedTile, KindWriter, TileId};
+use dsm_io::{BakeReport, Block, Codec, Error, MapKind, Metadata, Result, WriteOptions};
 
 use super::keys::LayeredKeys;
 use super::layers::Layers;
@@ -24,14 +22,14 @@ use crate::multilayer_settings::LayeredInfo;
 /// # Errors
 ///
 /// [`Error::HitSource`] with what the source says; [`Error::Interrupted`] if
-/// `watch` broke it off; [`Error::Caller`] for a crop; else what keeps the file
+/// `watch` broke it off; [`Error::Setting`] for a crop; else what keeps the file
 /// from being written.
 pub fn bake_mtsm<T: Transmittance, S: HitSource<T>>(
     baker: &MultilayerBaker<T, S>,
     output: &Path,
     block: Block,
     describe: impl FnOnce(&mut Metadata),
-    watch: impl Fn(BakeProgress) -> ControlFlow<()> + Sync,
+    watch: impl Fn(Progress) -> ControlFlow<()> + Sync,
 ) -> Result<BakeReport>
 where
     S::Error: std::error::Error + Send + Sync + 'static,
@@ -53,7 +51,7 @@ pub fn bake_layers<T: Transmittance, S: HitSource<T>>(
     output: &Path,
     block: Block,
     describe: impl FnOnce(&mut Metadata),
-    watch: impl Fn(BakeProgress) -> ControlFlow<()> + Sync,
+    watch: impl Fn(Progress) -> ControlFlow<()> + Sync,
 ) -> Result<BakeReport>
 where
     S::Error: std::error::Error + Send + Sync + 'static,
@@ -104,7 +102,7 @@ impl<K: MapKind<Keys = LayeredKeys>> OpenBake<K> {
         describe: impl FnOnce(&mut Metadata),
     ) -> Result<Self> {
         if settings.crop.is_some() {
-            return Err(Error::Caller("a layered map is baked whole".into()));
+            return Err(Error::Setting("a layered map is baked whole".into()));
         }
         let [width, height] = settings.size;
         // 1 or 3.

@@ -1,7 +1,7 @@
 //! What the metadata of multilayer maps say besides.
 
 use dsm_io::{Error, Result};
-use dsm_trace::Layering;
+use dsm_trace::detail::Layering;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 

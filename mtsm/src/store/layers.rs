@@ -1,10 +1,10 @@
 //! Kind `layers`: multilayer depth maps in files.
 
 use dsm_core::Transmittance;
-use dsm_io::{
-    Block, Codec, EncodedTile, Error, FieldKind, KindReader, MapKind, MapSummary, MapTile,
-    Metadata, PixelContents, PixelValue, Result, StoredTile, TileColumn,
+use dsm_io::detail::{
+    EncodedTile, FieldKind, KindReader, MapTile, PixelValue, StoredTile, TileColumn,
 };
+use dsm_io::{Block, Codec, Error, MapKind, MapSummary, Metadata, PixelContents, Result};
 
 use super::keys::LayeredKeys;
 use super::tile::{bytes, range_of, summary};
@@ -15,7 +15,8 @@ use crate::multilayer_settings::LayeredInfo;
 /// [`MultilayerDepthMap`].
 ///
 /// ```no_run
-/// use dsm_io::{KindReader, Limits};
+/// use dsm_io::Limits;
+/// use dsm_io::detail::KindReader;
 /// use mtsm::{Layers, MultilayerDepthMap};
 ///
 /// let reader = KindReader::<Layers>::open("leaves.dsm", &Limits::default())?;
@@ -53,7 +54,7 @@ impl MapKind for Layers {
         block: Block,
     ) -> Result<EncodedTile> {
         if codec != Codec::Exact {
-            return Err(Error::Caller("layers are stored exactly".into()));
+            return Err(Error::Setting("layers are stored exactly".into()));
         }
         if tile.layer_count() == 0 {
             return Ok(EncodedTile::default());

@@ -1,10 +1,11 @@
 //! Kind `mtsm`: multilayer transparent shadow maps in files.
 
-use dsm_core::{PixelListsView, Transmittance, VisibilityView};
-use dsm_io::{
-    Block, Codec, EncodedTile, Error, FieldKind, KindReader, MapKind, MapSummary, MapTile,
-    Metadata, PixelContents, PixelValue, Result, StoredTile, TileColumn,
+use dsm_core::Transmittance;
+use dsm_core::detail::{PixelListsView, VisibilityView};
+use dsm_io::detail::{
+    EncodedTile, FieldKind, KindReader, MapTile, PixelValue, StoredTile, TileColumn,
 };
+use dsm_io::{Block, Codec, Error, MapKind, MapSummary, Metadata, PixelContents, Result};
 
 use super::keys::LayeredKeys;
 use super::tile::{bytes, range_of, summary};
@@ -15,7 +16,8 @@ use crate::multilayer_settings::LayeredInfo;
 /// The kind `mtsm`: runs of layers with counts, a [`MultilayerMap`].
 ///
 /// ```no_run
-/// use dsm_io::{KindReader, Limits};
+/// use dsm_io::Limits;
+/// use dsm_io::detail::KindReader;
 /// use mtsm::{Mtsm, MultilayerMap};
 ///
 /// let reader = KindReader::<Mtsm>::open("fur.dsm", &Limits::default())?;
@@ -61,7 +63,7 @@ impl MapKind for Mtsm {
         block: Block,
     ) -> Result<EncodedTile> {
         if codec != Codec::Exact {
-            return Err(Error::Caller("layers are stored exactly".into()));
+            return Err(Error::Setting("layers are stored exactly".into()));
         }
         let functions = tile.functions().view();
         if tile.layer_count() == 0 {

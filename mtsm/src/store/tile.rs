@@ -1,8 +1,9 @@
 //! What the tiles of both kinds share.
 
 use dsm_core::Transmittance;
-use dsm_io::{KindReader, MapKind, MapSummary, Result};
-use dsm_trace::MinMaxBuilder;
+use dsm_io::detail::KindReader;
+use dsm_io::{MapKind, MapSummary, Result};
+use dsm_trace::detail::MinMaxBuilder;
 
 use crate::layers_of_pixel::PixelLayers;
 

@@ -3,11 +3,12 @@
 use dsm_core::{
     BakeSettings, PixelSampling, Quantization, Rgb, Tolerance, Transmittance, VisibilityField,
 };
-use mtsm::{Layer, MultilayerBaker, MultilayerMap, MultilayerSettings};
+use dsm_testkit::config;
+use mtsm::detail::Layer;
+use mtsm::{MultilayerBaker, MultilayerMap, MultilayerSettings};
 use proptest::prelude::*;
 
 use crate::oracle::{Pixel, Ray, media, sheets};
-use dsm_testkit::config;
 
 const TOLERANCES: [f32; 5] = [0.0, 0.005, 0.02, 0.1, 0.3];
 

@@ -1,16 +1,18 @@
 //! Shadow rays through maps of layers.
 
+use std::sync::Arc;
+
 use dsm_core::{
     AreaLight, Error, LightVisibility, OcclusionTracer, Rgb, ShadowCamera, Transmittance,
     VisibilityField,
 };
+use dsm_testkit::config;
 use glam::DVec3;
-use mtsm::{LayeredInfo, LeafRule, MultilayerMap, MultilayerTracer, TraceSettings, TracedMap};
+use mtsm::detail::LayeredInfo;
+use mtsm::{LeafRule, MultilayerMap, MultilayerTracer, TraceSettings, TracedMap};
 use proptest::prelude::*;
-use std::sync::Arc;
 
 use crate::views::{Sheets, sheets};
-use dsm_testkit::config;
 
 fn settings(rule: LeafRule, depth_threshold: f64, start: f64) -> TraceSettings {
     TraceSettings {

@@ -315,7 +315,8 @@ mod tests {
     use super::super::oracle::frame;
     use super::super::packet::Starts;
     use super::*;
-    use dsm_trace::{ShadowRay, walk_every_pixel};
+    use dsm_trace::ShadowRay;
+    use dsm_trace::detail::walk_every_pixel;
     use fearless_simd::{Level, dispatch};
     use glam::DVec3;
 

@@ -4,12 +4,16 @@
 use std::path::Path;
 
 use dsm_core::{HitSource, MapInfo, Transmittance};
-use dsm_io::{
-    AchievedError, BakeReport, Block, Codec, EncodedTile, Error, KindReader, KindWriter, MapKind,
-    MapSummary, MapTile, Metadata, PixelContents, PixelValue, Result, StoredTile, TileColumn,
-    TileId, WriteOptions,
+use dsm_io::detail::{
+    AchievedError, EncodedTile, KindReader, KindWriter, MapTile, PixelValue, StoredTile,
+    TileColumn, TileId,
 };
-use dsm_trace::{Layering, LightFrame};
+use dsm_io::{
+    BakeReport, Block, Codec, Error, MapKind, MapSummary, Metadata, PixelContents, Result,
+    WriteOptions,
+};
+use dsm_trace::LightFrame;
+use dsm_trace::detail::Layering;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +25,8 @@ use super::map::FragmentMap;
 /// The kind `fragments`: planes with coverage masks, a [`FragmentMap`].
 ///
 /// ```no_run
-/// use dsm_io::{KindReader, Limits};
+/// use dsm_io::Limits;
+/// use dsm_io::detail::KindReader;
 /// use shadow_maps::fragments::{FragmentMap, Fragments};
 ///
 /// let reader = KindReader::<Fragments>::open("leaves.dsm", &Limits::default())?;
@@ -126,7 +131,7 @@ impl MapKind for Fragments {
         block: Block,
     ) -> Result<EncodedTile> {
         if codec != Codec::Exact {
-            return Err(Error::Caller("fragments are stored exactly".into()));
+            return Err(Error::Setting("fragments are stored exactly".into()));
         }
         let FragmentColumns { offsets, w, gradients, facing, opacities, coverage } = &tile.columns;
         if w.is_empty() {

@@ -4,11 +4,13 @@ use std::convert::Infallible;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
+use dsm_core::random::golden;
 use dsm_core::{
     AreaLight, LightShape, LightVisibility, OcclusionTracer, Result, ShadedPoint, Transmittance,
 };
-use dsm_io::KindReader;
-use dsm_trace::{LightFrame, TraceCounters, TraceStatistics};
+use dsm_io::detail::KindReader;
+use dsm_trace::detail::TraceCounters;
+use dsm_trace::{LightFrame, TraceStatistics};
 use fearless_simd::{Level, Simd, SimdBase, dispatch, f32x16};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -27,8 +29,8 @@ use super::umbra::is_blocked;
 
 /// Where a ray starts, in sides of a pixel at its receiver: for planes, whose
 /// outlines are known to a cell of their coverage, and for strands, whose depth is known
-/// to a pixel.
-const DEFAULT_START: [f64; 2] = [0.125, 1.0];
+/// at some place of their pixel: as far from its middle as its corners are, at most.
+const DEFAULT_START: [f64; 2] = [0.125, std::f64::consts::FRAC_1_SQRT_2];
 
 /// Receivers of either kind that a far table is tried on.
 const CHECKS: usize = 64;
@@ -197,7 +199,7 @@ impl<T: Transmittance> FragmentTracer<T> {
     /// for fragments with a plane, and `facing` for those without a normal. Both
     /// at least 0. By default a ray starts as far from its receiver as the map knows
     /// places there: by an eighth of a pixel's side at the receiver's depth, a cell of
-    /// coverage, and for strands by a pixel's side.
+    /// coverage, and for strands by half a pixel's diagonal.
     #[must_use]
     pub fn with_start(self, plane: f64, facing: f64) -> Self {
         Self { starts: Starts::Distances([plane.max(0.0), facing.max(0.0)]), ..self }
@@ -250,7 +252,7 @@ impl<T: Transmittance> FragmentTracer<T> {
         }
         // Spread over the fragments by the golden ratio, in no step that rows could
         // have, too.
-        let share = |index: usize| (index as f64 * 0.618_033_988_749_895).fract();
+        let share = |index: usize| golden(0.0, index as f64);
         let wanted: Vec<usize> = (0..CHECKS)
             .map(|index| ((share(index) * count as f64) as usize).min(count - 1))
             .collect();

@@ -1,8 +1,8 @@
 //! What stops the ray of a plain shadow map's sample.
 
-use dsm_core::{TileHits, Transmittance, VolumeSegment};
-
-use super::hash::{mix, unit};
+use dsm_core::detail::VolumeSegment;
+use dsm_core::random::{mix32, unit32};
+use dsm_core::{TileHits, Transmittance};
 
 /// What stops a sample's ray: a plain shadow map keeps one depth of it,
 /// whatever it meets.
@@ -18,7 +18,8 @@ pub enum Blocking {
     /// media stop it after a random free path. The share of samples that are
     /// lit at a depth is then, on average, the transmittance there: of a
     /// coloured one, the mean of its channels. Opaque surfaces stop all rays.
-    /// Decided by the sample and the hit alone.
+    /// Decided by the sample, and by how many such surfaces or stretches lie before:
+    /// by no depth, which another unit would change.
     #[default]
     Stochastic,
 }
@@ -30,11 +31,22 @@ pub(crate) struct NearestDepths {
     depths: Vec<f32>,
     /// Random bits of each sample.
     bits: Vec<u32>,
+    /// Sample and depth of what lets light through, in this order, with the opacity of
+    /// the sample's channel.
+    chances: Vec<(u64, f32)>,
+    /// Sample and depth of stretches of media, and which they are.
+    stretches: Vec<(u64, u32)>,
 }
 
 impl NearestDepths {
     pub(crate) const fn new(blocking: Blocking) -> Self {
-        Self { blocking, depths: Vec::new(), bits: Vec::new() }
+        Self {
+            blocking,
+            depths: Vec::new(),
+            bits: Vec::new(),
+            chances: Vec::new(),
+            stretches: Vec::new(),
+        }
     }
 
     /// The depth at which each sample of the block is stopped; infinite where
@@ -54,68 +66,121 @@ impl NearestDepths {
         if self.blocking == Blocking::Stochastic && !hits.is_empty() {
             let bits = (0..hits.sample_count()).map(&texel);
             self.bits.clear();
-            self.bits.extend(bits.map(|[x, y]| mix(x ^ mix(y))));
+            self.bits.extend(bits.map(|[x, y]| mix32(x ^ mix32(y))));
         }
+        self.chances.clear();
         for (sample, hit) in hits.surfaces() {
+            let stops = match self.blocking {
+                Blocking::Any => true,
+                Blocking::Opaque | Blocking::Stochastic => hit.opacity == T::splat(1.0),
+            };
             let depth = &mut self.depths[sample as usize];
-            if hit.depth < *depth && self.stops(sample, hit.depth, hit.opacity) {
-                self.depths[sample as usize] = hit.depth;
+            if stops {
+                *depth = depth.min(hit.depth);
+            } else if self.blocking == Blocking::Stochastic && hit.depth < *depth {
+                let channel = self.bits[sample as usize] as usize % T::CHANNELS;
+                self.chances.push((key(sample, hit.depth), hit.opacity.channel(channel)));
             }
         }
-        for (sample, segment) in hits.segments() {
-            if let Some(depth) = self.stops_within(*sample, segment) {
-                let nearest = &mut self.depths[*sample as usize];
-                *nearest = nearest.min(depth);
-            }
-        }
-    }
-
-    /// Whether a surface stops a sample.
-    fn stops<T: Transmittance>(&self, sample: u32, depth: f32, opacity: T) -> bool {
+        self.take_chances();
         match self.blocking {
-            Blocking::Opaque => opacity == T::splat(1.0),
-            Blocking::Any => true,
-            Blocking::Stochastic if opacity == T::splat(1.0) => true,
-            Blocking::Stochastic => {
-                let bits = self.bits[sample as usize];
-                let opacity = opacity.channel(bits as usize % T::CHANNELS);
-                unit(mix(bits ^ mix(depth.to_bits()))) < f64::from(opacity)
-            }
-        }
-    }
-
-    /// Where a stretch of a medium stops a sample, if it does.
-    fn stops_within<T: Transmittance>(
-        &self,
-        sample: u32,
-        segment: &VolumeSegment<T>,
-    ) -> Option<f32> {
-        let ends = [segment.near_extinction, segment.far_extinction];
-        match self.blocking {
-            Blocking::Opaque => None,
+            Blocking::Opaque => {}
             Blocking::Any => {
-                let is_there = ends.iter().any(|end| end.as_ref().iter().any(|&value| value > 0.0));
-                is_there.then_some(segment.near)
+                for (sample, segment) in hits.segments() {
+                    let ends = [segment.near_extinction, segment.far_extinction];
+                    if ends.iter().any(|end| end.as_ref().iter().any(|&value| value > 0.0)) {
+                        let depth = &mut self.depths[*sample as usize];
+                        *depth = depth.min(segment.near);
+                    }
+                }
             }
-            Blocking::Stochastic => {
-                let bits = self.bits[sample as usize];
-                let channel = bits as usize % T::CHANNELS;
-                let [near, far] = ends.map(|end| end.as_ref()[channel]);
-                // A ray meets the stretches of one medium one after the other,
-                // each with a free path of its own.
-                let place = mix(
-                    segment.near.to_bits() ^ mix(segment.far.to_bits() ^ near.to_bits() as u32)
-                );
-                let free_path = -unit(mix(bits ^ place)).ln();
-                let length = f64::from(segment.far) - f64::from(segment.near);
-                let slope = (far - near) / length;
-                // The root of near · t + slope · t²/2 = free path, as it is
-                // stable for a slope of 0.
-                let square = near * near + 2.0 * slope * free_path;
-                let along = 2.0 * free_path / (near + square.sqrt());
-                (square >= 0.0 && along <= length).then(|| (f64::from(segment.near) + along) as f32)
+            Blocking::Stochastic => self.take_free_paths(hits.segments()),
+        }
+    }
+
+    /// Lets every surface that lets light through stop its sample by chance, the nearest
+    /// first.
+    fn take_chances(&mut self) {
+        let Self { chances, depths, bits, .. } = self;
+        chances.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        let mut ranks = Ranks::default();
+        for &(key, opacity) in chances.iter() {
+            let (sample, depth) = sample_and_depth(key);
+            let rank = ranks.next(sample);
+            let number = unit32(mix32(bits[sample] ^ mix32(rank)));
+            if depth < depths[sample] && number < f64::from(opacity) {
+                depths[sample] = depth;
             }
         }
+    }
+
+    /// Lets every stretch of a medium stop its sample after a random free path. A ray meets
+    /// the stretches of one medium one after the other, each with a free path of its own.
+    fn take_free_paths<T: Transmittance>(&mut self, segments: &[(u32, VolumeSegment<T>)]) {
+        let Self { stretches, depths, bits, .. } = self;
+        stretches.clear();
+        let numbered = (0..).zip(segments);
+        stretches
+            .extend(numbered.map(|(index, (sample, segment))| (key(*sample, segment.near), index)));
+        let segment = |index: u32| &segments[index as usize].1;
+        stretches.sort_unstable_by(|a, b| {
+            a.0.cmp(&b.0).then_with(|| segment(a.1).far.total_cmp(&segment(b.1).far))
+        });
+        let mut ranks = Ranks::default();
+        for &(key, index) in stretches.iter() {
+            let (sample, near) = sample_and_depth(key);
+            // Other numbers than those of surfaces.
+            let rank = !ranks.next(sample);
+            if near < depths[sample] {
+                let free_path = -unit32(mix32(bits[sample] ^ mix32(rank))).ln();
+                let channel = bits[sample] as usize % T::CHANNELS;
+                if let Some(depth) = end_of_path(segment(index), channel, free_path) {
+                    depths[sample] = depths[sample].min(depth);
+                }
+            }
+        }
+    }
+}
+
+/// Where in a stretch of a medium a free path ends, an optical depth, if it does.
+fn end_of_path<T: Transmittance>(
+    segment: &VolumeSegment<T>,
+    channel: usize,
+    free_path: f64,
+) -> Option<f32> {
+    let ends = [segment.near_extinction, segment.far_extinction];
+    let [near, far] = ends.map(|end| end.as_ref()[channel]);
+    let length = f64::from(segment.far) - f64::from(segment.near);
+    let slope = (far - near) / length;
+    // The root of near · t + slope · t²/2 = free path, as it is stable for a slope of 0.
+    let square = near * near + 2.0 * slope * free_path;
+    let along = 2.0 * free_path / (near + square.sqrt());
+    (square >= 0.0 && along <= length).then(|| (f64::from(segment.near) + along) as f32)
+}
+
+/// What samples and their depths are sorted by: depths are not negative.
+fn key(sample: u32, depth: f32) -> u64 {
+    u64::from(sample) << 32 | u64::from(depth.to_bits())
+}
+
+fn sample_and_depth(key: u64) -> (usize, f32) {
+    ((key >> 32) as usize, f32::from_bits(key as u32))
+}
+
+/// Counts what comes in the order of samples, for each from 0.
+#[derive(Default)]
+struct Ranks {
+    sample: usize,
+    count: u32,
+}
+
+impl Ranks {
+    fn next(&mut self, sample: usize) -> u32 {
+        if sample != self.sample {
+            *self = Self { sample, count: 0 };
+        }
+        self.count += 1;
+        self.count - 1
     }
 }
 
@@ -169,6 +234,29 @@ mod tests {
         let coloured = surfaces(samples, &[(1.0, Rgb::new(0.0, 0.25, 1.0))]);
         let share = lit(&coloured, Blocking::Stochastic, &[1.0])[0];
         assert!((share - 1.75 / 3.0).abs() < noise, "{share}");
+    }
+
+    #[test]
+    fn no_chance_depends_on_the_unit() {
+        let stopped = |scale: f32| {
+            let mut hits = surfaces(
+                4096,
+                &[(1.1, 0.25), (1.3, 0.5), (1.7, 0.75)]
+                    .map(|(depth, opacity)| (depth * scale, opacity)),
+            );
+            let fog = [1.2, 2.9]
+                .map(|depth: f32| VolumeSample { depth: depth * scale, extinction: 0.5 / scale });
+            (0..4096).for_each(|sample| hits.push_volume(sample, &fog, 1.0).unwrap());
+            let mut nearest = NearestDepths::new(Blocking::Stochastic);
+            nearest.find(&hits, |sample| [sample % 64, sample / 64]);
+            nearest.depths().iter().map(|depth| depth / scale).collect::<Vec<_>>()
+        };
+        let here = stopped(1.0);
+        assert!(here.iter().any(|depth| depth.is_infinite()));
+        for there in [1e-4, 0.7, 3e3].map(stopped) {
+            let alike = |(a, b): (&f32, &f32)| a == b || (a / b - 1.0).abs() < 1e-6;
+            assert!(here.iter().zip(&there).all(alike));
+        }
     }
 
     #[test]

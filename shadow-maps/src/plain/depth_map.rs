@@ -83,7 +83,7 @@ impl DepthMapSettings {
 ///
 /// The samples of a pixel are n × n texels, each with the depth at a jittered
 /// point within it, so that the whole is one image of (width · n) × (height · n)
-/// depths: what [`PercentageCloserFilter`](crate::PercentageCloserFilter) draws
+/// depths: what [`PercentageCloserFilter`](super::pcf::PercentageCloserFilter) draws
 /// from.
 ///
 /// ```
@@ -117,7 +117,7 @@ impl DepthMap {
 
     /// Asks `source` for the nearest depth of every sample, in parallel on the
     /// current rayon pool. The answer depends on the source and the settings
-    /// alone. O(h) for h hits; 4 bytes a sample, and the hits of one block of
+    /// alone. O(h), or O(h log h) where matter lets light through, for h hits; 4 bytes a sample, and the hits of one block of
     /// up to 2¹⁶ samples a thread.
     ///
     /// # Errors

@@ -6,7 +6,6 @@
 
 mod blocking;
 mod depth_map;
-mod hash;
 mod pcf;
 mod shadow;
 mod strata;

@@ -3,12 +3,12 @@
 
 use std::sync::Arc;
 
+use dsm_core::random::mix32;
 use dsm_core::{AreaLight, Error, LightVisibility, Receiver, Result};
 use fearless_simd::{Level, dispatch};
 use glam::DVec3;
 
 use super::depth_map::DepthMap;
-use super::hash::mix;
 use super::strata::Strata;
 use super::tap_region::TapRegion;
 
@@ -113,7 +113,7 @@ impl PercentageCloserFilter {
         let Some((region, plane)) = TapRegion::around(&self.map, receiver, widths) else {
             return 1.0;
         };
-        let seed = mix(seed as u32 ^ mix((seed >> 32) as u32));
+        let seed = mix32(seed as u32 ^ mix32((seed >> 32) as u32));
         let depths = self.map.depths();
         let strata = &self.strata;
         let lit = dispatch!(self.level, simd => strata.lit(simd, depths, &region, &plane, seed));
@@ -127,7 +127,7 @@ impl PercentageCloserFilter {
         let Some((region, plane)) = TapRegion::around(&self.map, receiver, [self.width; 2]) else {
             return 1.0;
         };
-        let seed = mix(seed as u32 ^ mix((seed >> 32) as u32));
+        let seed = mix32(seed as u32 ^ mix32((seed >> 32) as u32));
         let lit = self.strata.lit_scalar(self.map.depths(), &region, &plane, seed);
         lit as f32 / self.strata.count() as f32
     }

@@ -1,8 +1,8 @@
 //! The taps of a percentage closer filter: one in every cell of a square grid.
 
+use dsm_core::random::{MIX32_FACTORS, mix32};
 use fearless_simd::{Bytes, Simd, SimdBase, SimdFloat, SimdInt, SimdMask, f32x16, i32x16, u32x16};
 
-use super::hash::{FACTORS, mix};
 use super::tap_region::{DepthPlane, TapRegion};
 
 /// Taps that are done at once.
@@ -59,7 +59,7 @@ impl Strata {
     ) -> u32 {
         let mut lit = 0;
         for index in 0..self.count {
-            let bits = mix(seed.wrapping_add(index));
+            let bits = mix32(seed.wrapping_add(index));
             let jitter = [bits & 0xffff, bits >> 16].map(|bits| bits as f32 * self.step);
             let u = self.left[index as usize] + jitter[0];
             let v = self.top[index as usize] + jitter[1];
@@ -96,7 +96,7 @@ impl Strata {
         let pitch = whole(region.pitch);
         let step = real(self.step);
         let low = u32x16::splat(simd, 0xffff);
-        let factors = FACTORS.map(|factor| u32x16::splat(simd, factor));
+        let factors = MIX32_FACTORS.map(|factor| u32x16::splat(simd, factor));
         let (plane_corner, across, down) =
             (real(plane.corner), real(plane.across), real(plane.down));
         let mut lit = 0;

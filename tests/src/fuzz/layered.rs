@@ -1,7 +1,8 @@
 //! One tile of any bytes of a layered map, in a file that is otherwise sound.
 
 use dsm_core::{Rgb, Transmittance};
-use dsm_io::{Block, Codec, Container, ErasedMap, Kinds, MapKind, Memory};
+use dsm_io::detail::{ErasedMap, Memory};
+use dsm_io::{Block, Codec, Container, Kinds, MapKind};
 use mtsm::{Layers, Mtsm};
 use shadow_maps::fragments::{FragmentColumns, FragmentTile, Fragments};
 

@@ -1,7 +1,8 @@
 //! One tile of any bytes, in a file that is otherwise sound.
 
 use dsm_core::{Rgb, Transmittance};
-use dsm_io::{Block, Codec, EncodedTile, MapReader, Tile, TileId};
+use dsm_io::detail::{EncodedTile, Tile, TileId};
+use dsm_io::{Block, Codec, MapReader};
 
 use super::limits;
 use crate::forge::{Assembly, Forge};

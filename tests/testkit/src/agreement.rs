@@ -44,9 +44,9 @@ impl Agreement {
         }
         let distance =
             |index: usize| (found[index] - wanted[index]).abs() / wanted[index].abs().max(1.0);
-        // Written so that NaN is off.
-        let is_off = |index: &usize| !(distance(*index) <= self.tolerance);
-        let off = (0..wanted.len()).filter(is_off).count();
+        // Whatever is NaN is off.
+        let agrees = |index: &usize| distance(*index) <= self.tolerance;
+        let off = wanted.len() - (0..wanted.len()).filter(agrees).count();
         if off as f64 <= self.strays * wanted.len() as f64 {
             return None;
         }

@@ -134,3 +134,88 @@ fn weighted(channels: &[f64]) -> f64 {
     weights().zip(channels).map(|(weight, value)| weight * value).sum::<f64>()
         / weights().sum::<f64>()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dsm_core::{Error, SurfaceHit, VolumeSample};
+    use glam::{DMat4, Vec3};
+
+    /// How a source is wrong.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    enum Fault {
+        None,
+        /// A length in scene units beside a bare number.
+        Offset,
+        /// Depends on the block that is asked for.
+        Block,
+        Opacity,
+        Normal,
+        Extinction,
+        Fails,
+    }
+
+    /// A pane across the view at depth 2, fog behind it.
+    struct Pane(Trial, Fault);
+
+    impl HitSource<f32> for Pane {
+        type Error = Error;
+
+        fn hits(&self, samples: &TileSamples, hits: &mut TileHits<f32>) -> Result<(), Error> {
+            let Self(trial, fault) = *self;
+            let scale = trial.placement.scale();
+            let elsewhere = trial.placement != crate::Placement::HERE;
+            if fault == Fault::Fails {
+                return Err(Error::Camera("none"));
+            }
+            for (index, point) in (0..).zip(samples.points()) {
+                let mut depth = 2.0 + point.x / 64.0;
+                if fault == Fault::Block && samples.size()[0] < 20 {
+                    depth += 1e-6;
+                }
+                depth *= scale;
+                if fault == Fault::Offset {
+                    depth += 1e-4;
+                }
+                let odd = elsewhere && index % 5 == 0;
+                let opacity = if odd && fault == Fault::Opacity { 0.6 } else { 0.5 };
+                let slant = if odd && fault == Fault::Normal { 0.6 } else { 0.5 };
+                let hit = SurfaceHit { depth: depth as f32, opacity };
+                hits.push_surface_with_normal(index, hit, Vec3::new(slant, 0.25, 1.0))?;
+                let unit = if fault == Fault::Extinction { 1.0 } else { scale };
+                let fog = [3.0, 4.0].map(|depth| VolumeSample {
+                    depth: (depth * scale) as f32,
+                    extinction: (0.25 / unit) as f32,
+                });
+                hits.push_volume(index, &fog, point.distance_per_depth)?;
+            }
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn every_fault_is_found() {
+        let to_ndc = DMat4::from_cols_array_2d(&[
+            [0.5, 0.0, 0.0, 0.0],
+            [0.0, -0.5, 0.0, 0.0],
+            [-0.5, -0.5, -1.0, -1.0],
+            [0.0; 4],
+        ]);
+        let camera =
+            ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(to_ndc) };
+        let check = |fault| {
+            let make = |trial: &Trial| Pane(*trial, fault);
+            let checked = check_hit_source(make, 4.0, &camera, [33, 20], &Agreement::default());
+            checked.map_err(|error| error.to_string())
+        };
+        assert_eq!(check(Fault::None), Ok(()));
+        let refused = |fault| check(fault).unwrap_err();
+        assert!(refused(Fault::Offset).starts_with("scaled by 0.0001, moved by [0, 0, 0]"));
+        assert!(refused(Fault::Block).contains("tiles of 16"));
+        for fault in [Fault::Opacity, Fault::Normal] {
+            assert!(refused(fault).starts_with("scaled by 1, moved by [2"), "{fault:?}");
+        }
+        assert!(refused(Fault::Extinction).starts_with("scaled by 0.0001"));
+        assert!(refused(Fault::Fails).contains("no answer: Camera"));
+    }
+}

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use dsm_core::{BakeProgress, BakeSettings};
+use dsm_core::{BakeSettings, Progress};
 use dsm_io::{BakeOptions, Error, PyramidOptions};
 
 use crate::support::Stage;
@@ -16,8 +16,8 @@ fn break_off(stage: &Stage, options: &BakeOptions, after: u64) {
     let settings = BakeSettings { tile_size: 8, ..stage.settings([40, 40]) };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.dsm");
-    let watch = |progress: BakeProgress| {
-        assert_eq!(progress.tiles, 25);
+    let watch = |progress: Progress| {
+        assert_eq!(progress.total, 25);
         if progress.done >= after { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let bake =

@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
+use dsm_core::Progress;
 use dsm_core::{BakeSettings, Filter, FilterShape, Rgb, Transmittance};
-use dsm_io::{BakeOptions, Crop, MergeReport};
+use dsm_io::detail::Crop;
+use dsm_io::{BakeOptions, MergeReport};
 
 use crate::support::{Stage, open};
 
@@ -46,7 +48,7 @@ fn check<T: Transmittance>(stage: &Stage, filter: Filter) {
     // In another order than that of the whole.
     let crops: Vec<_> = crops.collect::<Vec<_>>().into_iter().rev().collect();
     let merged = folder.path().join("merged.dsm");
-    let report = dsm_io::merge(&crops, &merged, None, |_, _| ()).unwrap();
+    let report = dsm_io::merge(&crops, &merged, None, Progress::ignore).unwrap();
     assert_eq!(report, MergeReport::Assembled);
     assert!(bytes(&merged) == bytes(&whole), "the parts are not the whole");
 }

@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use dsm_core::Progress;
 use dsm_core::{BakeSettings, Quantization, Rgb, Tolerance, Transmittance};
 use dsm_io::{
     BakeOptions, Codec, ConvertOptions, MapReader, MapSource, PyramidOptions, bake, convert, merge,
@@ -37,7 +38,7 @@ fn check<T: Transmittance>(stage: &Stage) {
 
     // Levels that are added leave it as it is.
     let levels = folder.path().join("levels");
-    mip(&reader, &levels, &PyramidOptions::default(), |_, _| ()).unwrap();
+    mip(&reader, &levels, &PyramidOptions::default(), Progress::ignore).unwrap();
     let with_levels = open(&levels);
     assert_eq!(with_levels.levels().len(), 7);
     assert_eq!(with_levels.directory(0).unwrap().get(1, 1).unwrap().codec, 1);
@@ -71,9 +72,10 @@ fn check<T: Transmittance>(stage: &Stage) {
     assert!((0..7).all(|level| moved(&with_levels, level) == most));
     let [converted, merged] = ["converted", "merged"].map(|name| folder.path().join(name));
     let options = ConvertOptions { tolerance: Tolerance::EXACT, ..ConvertOptions::default() };
-    convert(&mut MapSource::Map(Box::new(open(&rounded))), &converted, &options, |_| ()).unwrap();
+    convert(&mut MapSource::Map(Box::new(open(&rounded))), &converted, &options, Progress::ignore)
+        .unwrap();
     assert_eq!(moved(&open(&converted), 0), most);
-    merge(&[open(&exact), open(&rounded)], &merged, None, |_, _| ()).unwrap();
+    merge(&[open(&exact), open(&rounded)], &merged, None, Progress::ignore).unwrap();
     assert_eq!(moved(&open(&merged), 0), most);
 }
 

@@ -34,7 +34,7 @@ impl PixelRays {
         self.rays.iter().map(|(weight, _)| weight * weight).sum()
     }
 
-    /// The mean of what [`dsm_scene::Tracer::transmittance`] says of each ray
+    /// The mean of what [`dsm_scene::detail::Tracer::transmittance`] says of each ray
     /// up to t = `far`.
     pub(crate) fn traced<T: Transmittance>(&self, scene: &TracedScene, far: f64) -> Channels {
         let mut tracer = scene.tracer();

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
+use dsm_core::Progress;
 use dsm_core::{DeepMap, PixelListsBuilder, Vertex};
-use dsm_io::{
-    AchievedError, Error, Limits, MapReader, WriteOptions, check_bound, compare, write_map,
-};
+use dsm_io::detail::AchievedError;
+use dsm_io::{Error, Limits, MapReader, WriteOptions, check_bound, compare, write_map};
 
 use super::{converted, image, open, options};
 
@@ -45,7 +45,7 @@ fn map_off_by(offset: f32, folder: &Path) -> MapReader {
 fn a_map_off_by_more_than_its_tolerance_is_found_out() {
     let folder = tempfile::tempdir().unwrap();
     let map = map_off_by(1.1 * EPSILON, folder.path());
-    let error = check_bound(map, &mut open(&image(IMAGE)), |_| ()).unwrap_err();
+    let error = check_bound(map, &mut open(&image(IMAGE)), Progress::ignore).unwrap_err();
     let Error::Bound { stated, worst } = error else { panic!("{error}") };
     assert_eq!(stated, EPSILON);
     assert!((worst.difference - 1.1 * f64::from(EPSILON)).abs() < 1e-6, "{worst:?}");
@@ -55,7 +55,7 @@ fn a_map_off_by_more_than_its_tolerance_is_found_out() {
 fn a_map_off_by_less_than_its_tolerance_keeps_it() {
     let folder = tempfile::tempdir().unwrap();
     let map = map_off_by(0.9 * EPSILON, folder.path());
-    let difference = check_bound(map, &mut open(&image(IMAGE)), |_| ()).unwrap();
+    let difference = check_bound(map, &mut open(&image(IMAGE)), Progress::ignore).unwrap();
     assert!((difference.max() - 0.9 * f64::from(EPSILON)).abs() < 1e-6);
     assert!(difference.mean > 0.0 && difference.mean <= difference.max());
 }
@@ -66,7 +66,7 @@ fn every_converted_map_keeps_its_bound() {
     for name in super::IMAGES {
         for epsilon in [0.0, 1e-7, 1e-5, 0.003, 0.3] {
             let path = converted(&image(name), folder.path(), &options(epsilon, 3));
-            check_bound(reader(&path), &mut open(&image(name)), |_| ()).unwrap();
+            check_bound(reader(&path), &mut open(&image(name)), Progress::ignore).unwrap();
         }
     }
 }
@@ -74,5 +74,8 @@ fn every_converted_map_keeps_its_bound() {
 #[test]
 fn maps_of_different_sizes_are_not_compared() {
     let (a, b) = (image("scan_zips_half.exr"), image("parts.exr"));
-    assert!(matches!(compare(&mut open(&a), &mut open(&b), |_| ()), Err(Error::Caller(_))));
+    assert!(matches!(
+        compare(&mut open(&a), &mut open(&b), Progress::ignore),
+        Err(Error::Mismatch(_))
+    ));
 }

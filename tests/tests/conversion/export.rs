@@ -4,14 +4,17 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use dsm_core::{DeepMap, MapInfo, PixelLists, PixelWindow, Rgb, Tolerance};
+use dsm_core::Progress;
+use dsm_core::detail::PixelWindow;
+use dsm_core::{DeepMap, MapInfo, PixelLists, Rgb, Tolerance};
 use dsm_io::deep_exr::{
     self, AlphaChannels, ChannelType, Compression, DeepExrReader, Header, Layout, SampleType,
     Window,
 };
+use dsm_io::detail::AchievedError;
 use dsm_io::{
-    AchievedError, Attribute, Error, ExportOptions, Limits, MapReader, MapSource, Metadata,
-    WriteOptions, compare, convert, export_deep_exr, write_map,
+    Attribute, Error, ExportOptions, Limits, MapReader, MapSource, Metadata, WriteOptions, compare,
+    convert, export_deep_exr, write_map,
 };
 
 use super::{IMAGES, converted, image, open, options};
@@ -33,7 +36,7 @@ fn sorted(attributes: &[deep_exr::Attribute]) -> Vec<deep_exr::Attribute> {
 fn there_and_back(name: &str, folder: &Path, export: &ExportOptions) -> PathBuf {
     let map = converted(&image(name), folder, &options(0.0, 4));
     let output = folder.join("back.exr");
-    export_deep_exr(&mut open(&map), &output, export, |_| ()).unwrap();
+    export_deep_exr(&mut open(&map), &output, export, Progress::ignore).unwrap();
     output
 }
 
@@ -70,9 +73,10 @@ fn light_goes_there_and_back_in_every_form() {
                 let export = ExportOptions { layout, compression, ..ExportOptions::default() };
                 let output = there_and_back(name, folder.path(), &export);
                 let again = folder.path().join("again.dsm");
-                convert(&mut open(&output), &again, &options(0.0, 5), |_| ()).unwrap();
+                convert(&mut open(&output), &again, &options(0.0, 5), Progress::ignore).unwrap();
                 let map = folder.path().join("map.dsm");
-                let difference = compare(&mut open(&map), &mut open(&again), |_| ()).unwrap();
+                let difference =
+                    compare(&mut open(&map), &mut open(&again), Progress::ignore).unwrap();
                 assert!(difference.max() < 2e-6, "{name}: {difference:?}");
             }
         }
@@ -109,7 +113,7 @@ fn exported(metadata: Metadata, export: &ExportOptions, folder: &Path) -> (Heade
     let pixels = PixelLists::<Rgb>::clear(metadata.width, metadata.height);
     let map = DeepMap::new(metadata.info, pixels);
     write_map(&input, metadata, &map, AchievedError::NONE, WriteOptions::default()).unwrap();
-    let report = export_deep_exr(&mut open(&input), &output, export, |_| ()).unwrap();
+    let report = export_deep_exr(&mut open(&input), &output, export, Progress::ignore).unwrap();
     assert_eq!((report.samples, report.max_samples, report.achieved), (0, 0, 0.0));
     (header(&output), report.left_out)
 }
@@ -192,7 +196,8 @@ fn what_cannot_be_written_is_refused() {
     let map = converted(&image(name), folder.path(), &options(0.0, 4));
     let output = folder.path().join("out.exr");
     let refused = |input: &Path, options: &ExportOptions| {
-        let error = export_deep_exr(&mut open(input), &output, options, |_| ()).unwrap_err();
+        let error =
+            export_deep_exr(&mut open(input), &output, options, Progress::ignore).unwrap_err();
         assert!(!output.exists());
         error.to_string()
     };
@@ -229,7 +234,10 @@ fn a_map_that_breaks_off_leaves_the_old_image() {
     fs::write(&output, b"the old one").unwrap();
     let mut done = 0;
     let failed = MapSource::open(&map, None, &Limits::default()).and_then(|mut source| {
-        export_deep_exr(&mut source, &output, &ExportOptions::default(), |rows| done = rows)
+        export_deep_exr(&mut source, &output, &ExportOptions::default(), |rows| {
+            done = rows.done;
+            Progress::ignore(rows)
+        })
     });
     assert!(matches!(failed, Err(Error::File { .. })), "{failed:?}");
     assert!(done > 0, "it failed on the way");

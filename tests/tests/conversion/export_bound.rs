@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
+use dsm_core::Progress;
+use dsm_core::detail::{PixelWindow, VisibilityView};
 use dsm_core::{
-    DeepMap, MapInfo, PixelLists, PixelListsBuilder, PixelWindow, Rgb, Tolerance, Transmittance,
-    Vertex, VisibilityView,
+    DeepMap, MapInfo, PixelLists, PixelListsBuilder, Rgb, Tolerance, Transmittance, Vertex,
 };
 use dsm_io::deep_exr::{self, Compression, DeepExrReader, DeepRows, Layout, SampleType, Window};
-use dsm_io::{
-    AchievedError, ExportOptions, ExportReport, Metadata, WriteOptions, export_deep_exr, write_map,
-};
+use dsm_io::detail::AchievedError;
+use dsm_io::{ExportOptions, ExportReport, Metadata, WriteOptions, export_deep_exr, write_map};
 use dsm_testkit::config;
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -174,7 +174,7 @@ fn export<T: Transmittance>(
     let (input, output) = (folder.join("map.dsm"), folder.join("image.exr"));
     let write = WriteOptions::default().with_tile_size(4);
     write_map(&input, metadata, &map, AchievedError::NONE, write).unwrap();
-    let report = export_deep_exr(&mut open(&input), &output, options, |_| ()).unwrap();
+    let report = export_deep_exr(&mut open(&input), &output, options, Progress::ignore).unwrap();
     let reader = DeepExrReader::open(&output, None, &deep_exr::Limits::default()).unwrap();
     let Window { min, max } = reader.header().data_window;
     assert_eq!(PixelWindow { min, max }, data_window);

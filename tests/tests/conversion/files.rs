@@ -3,11 +3,14 @@
 use std::fs;
 use std::path::Path;
 
-use dsm_core::{MapInfo, PixelListsBuilder, PixelWindow, Vertex};
+use dsm_core::Progress;
+use dsm_core::detail::PixelWindow;
+use dsm_core::{MapInfo, PixelListsBuilder, Vertex};
 use dsm_io::deep_exr::{self, DeepExrReader, Window};
+use dsm_io::detail::{AchievedError, TileId};
 use dsm_io::{
-    AchievedError, Attribute, Block, Limits, MapReader, MapSource, MapWriter, Metadata, TileId,
-    WriteOptions, compare, convert,
+    Attribute, Block, Limits, MapReader, MapSource, MapWriter, Metadata, WriteOptions, compare,
+    convert,
 };
 
 use super::{IMAGES, converted, image, open, options};
@@ -17,12 +20,13 @@ fn a_copy_has_the_same_functions_whatever_its_tiles_and_blocks() {
     let folder = tempfile::tempdir().unwrap();
     for name in IMAGES {
         let original = folder.path().join("original.dsm");
-        convert(&mut open(&image(name)), &original, &options(0.01, 64), |_| ()).unwrap();
+        convert(&mut open(&image(name)), &original, &options(0.01, 64), Progress::ignore).unwrap();
         for block in [Block::Plain, Block::Zstd] {
             let mut options = options(0.0, 7);
             options.write = options.write.with_block(block);
             let copy = converted(&original, folder.path(), &options);
-            let difference = compare(&mut open(&original), &mut open(&copy), |_| ()).unwrap();
+            let difference =
+                compare(&mut open(&original), &mut open(&copy), Progress::ignore).unwrap();
             assert_eq!(difference.max(), 0.0, "{name}");
             let metadata =
                 |path| MapReader::open(path, &Limits::default()).unwrap().metadata().clone();
@@ -36,7 +40,7 @@ fn tolerances_of_conversions_in_turn_add_up() {
     let folder = tempfile::tempdir().unwrap();
     let name = "scan_zips_half.exr";
     let first = folder.path().join("first.dsm");
-    convert(&mut open(&image(name)), &first, &options(0.03, 16), |_| ()).unwrap();
+    convert(&mut open(&image(name)), &first, &options(0.03, 16), Progress::ignore).unwrap();
     let second = converted(&first, folder.path(), &options(0.05, 16));
     let reader = MapReader::open(&second, &Limits::default()).unwrap();
     assert_eq!(reader.metadata().info.tolerance.epsilon(), 0.03 + 0.05);
@@ -45,9 +49,12 @@ fn tolerances_of_conversions_in_turn_add_up() {
     });
     assert!(0.0 < source.max && source.max < whole.max && whole.max <= 0.08);
     assert!(0.0 < source.mean && source.mean < whole.mean);
-    dsm_io::check_bound(reader, &mut open(&image(name)), |_| ()).unwrap();
+    dsm_io::check_bound(reader, &mut open(&image(name)), Progress::ignore).unwrap();
     let far = options(0.99, 16);
-    assert!(convert(&mut open(&second), &folder.path().join("far.dsm"), &far, |_| ()).is_err());
+    assert!(
+        convert(&mut open(&second), &folder.path().join("far.dsm"), &far, Progress::ignore)
+            .is_err()
+    );
     assert!(!folder.path().join("far.dsm").exists());
 }
 
@@ -72,7 +79,7 @@ fn an_image_that_breaks_off_leaves_the_old_map() {
     let output = folder.path().join("map.dsm");
     fs::write(&output, b"the old one").unwrap();
     let failed = MapSource::open(&broken, None, &Limits::default())
-        .and_then(|mut source| convert(&mut source, &output, &options(0.0, 1), |_| ()));
+        .and_then(|mut source| convert(&mut source, &output, &options(0.0, 1), Progress::ignore));
     assert!(failed.is_err());
     assert_eq!(fs::read(&output).unwrap(), b"the old one");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2, "no other file is left");
@@ -130,7 +137,7 @@ fn what_readers_would_refuse_is_not_written() {
     let folder = tempfile::tempdir().unwrap();
     let (map, output) = (folder.path().join("map.dsm"), folder.path().join("output.dsm"));
     empty_map(2100, &map);
-    let many_tiles = convert(&mut open(&map), &output, &options(0.0, 1), |_| ());
+    let many_tiles = convert(&mut open(&map), &output, &options(0.0, 1), Progress::ignore);
     assert!(many_tiles.is_err_and(|error| error.to_string().contains("tiles")));
     let mut metadata = Metadata::new(1, 1, 1, MapInfo::default());
     // A control character takes six bytes in JSON.

@@ -8,9 +8,11 @@ mod bound;
 mod export;
 mod export_bound;
 mod files;
+mod interruption;
 
 use std::path::{Path, PathBuf};
 
+use dsm_core::Progress;
 use dsm_core::Tolerance;
 use dsm_io::{ConvertOptions, Limits, MapSource, convert};
 
@@ -46,6 +48,6 @@ fn options(epsilon: f32, tile_size: u32) -> ConvertOptions {
 /// Converts `input` to a map in `folder`.
 fn converted(input: &Path, folder: &Path, options: &ConvertOptions) -> PathBuf {
     let output = folder.join("map.dsm");
-    convert(&mut open(input), &output, options, |_| ()).unwrap();
+    convert(&mut open(input), &output, options, Progress::ignore).unwrap();
     output
 }

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use dsm_core::PixelLists;
-use dsm_io::{AchievedError, Block, Limits, MapReader, MapWriter, Metadata, TileId, WriteOptions};
+use dsm_io::detail::{AchievedError, TileId};
+use dsm_io::{Block, Limits, MapReader, MapWriter, Metadata, WriteOptions};
 
 use crate::examples::{document, mono};
 

@@ -5,8 +5,10 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use dsm_core::{MapInfo, Vertex};
-use dsm_io::{AchievedError, Block, Container, Limits, MapReader, Metadata, Source, WriteOptions};
+use dsm_io::detail::AchievedError;
+use dsm_io::{Block, Container, Limits, MapReader, Metadata, Source, WriteOptions};
 use dsm_tests::forge::Forge;
+use dsm_tests::whole_message;
 use rayon::prelude::*;
 
 use crate::examples::{Example, coloured, document, mono};
@@ -15,8 +17,8 @@ use crate::pixels::build;
 /// Everything that is wrong with a file.
 fn problems(bytes: Vec<u8>) -> Vec<String> {
     match MapReader::from_bytes(bytes, &Limits::default()) {
-        Ok(reader) => reader.verify().iter().map(ToString::to_string).collect(),
-        Err(error) => vec![error.to_string()],
+        Ok(reader) => reader.verify().into_iter().map(whole_message).collect(),
+        Err(error) => vec![whole_message(error)],
     }
 }
 

@@ -6,7 +6,8 @@ use dsm_core::{
     DeepMap, Filter, FilterShape, MapInfo, PixelLists, Rgb, ShadowCamera, Tolerance, Transmittance,
     Vertex,
 };
-use dsm_io::{AchievedError, Attribute, Block, Metadata, WriteOptions, write_map};
+use dsm_io::detail::AchievedError;
+use dsm_io::{Attribute, Block, Metadata, WriteOptions, write_map};
 use glam::{DMat4, Mat4, Vec3, Vec4};
 
 use crate::pixels::build;

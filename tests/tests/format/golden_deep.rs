@@ -4,10 +4,8 @@
 //! What the files must hold is computed here, from a pixel's place alone.
 
 use dsm_core::{MapInfo, PixelLists, Rgb, Transmittance, Vertex};
-use dsm_io::{
-    AchievedError, Block, Codec, Crop, Level, Limits, MapReader, MapWriter, Metadata, TileId,
-    TileRect, WriteOptions,
-};
+use dsm_io::detail::{AchievedError, Crop, TileId};
+use dsm_io::{Block, Codec, Level, Limits, MapReader, MapWriter, Metadata, TileRect, WriteOptions};
 use dsm_tests::golden;
 
 use crate::pixels::build;

@@ -1,9 +1,9 @@
 //! What is written is read, bit for bit, from either source.
 
-use dsm_core::{DeepMap, MapInfo, PixelLists, PixelListsView, Rgb, Transmittance};
-use dsm_io::{
-    AchievedError, AnyDeepMap, Block, Limits, MapReader, Metadata, TileId, WriteOptions, write_map,
-};
+use dsm_core::detail::PixelListsView;
+use dsm_core::{DeepMap, MapInfo, PixelLists, Rgb, Transmittance};
+use dsm_io::detail::{AchievedError, TileId};
+use dsm_io::{AnyDeepMap, Block, Limits, MapReader, Metadata, WriteOptions, write_map};
 use dsm_testkit::config;
 use proptest::prelude::*;
 

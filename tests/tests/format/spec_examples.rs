@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use dsm_io::{Limits, MapReader, TileId};
+use dsm_io::detail::TileId;
+use dsm_io::{Limits, MapReader};
+use dsm_tests::forge::crc32c;
 
 use crate::examples::document;
-use dsm_tests::forge::crc32c;
 
 fn specification() -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/format/dsm-1.md");

@@ -3,18 +3,19 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
+use dsm_core::detail::InFile;
 use dsm_core::{MapInfo, PixelLists, Rgb};
+use dsm_io::detail::{AchievedError, ContainerWriter, EncodedTile, SectionKind, Tile, TileId};
 use dsm_io::{
-    AchievedError, Block, Container, ContainerWriter, EncodedTile, Error, Level, Limits, MapReader,
-    MapWriter, Metadata, SectionKind, Source, Tile, TileId, WriteOptions,
+    Block, Container, Error, Level, Limits, MapReader, MapWriter, Metadata, Source, WriteOptions,
 };
+use dsm_tests::forge::Forge;
 
 use crate::examples::{coloured, document, mono};
-use dsm_tests::forge::Forge;
 
 fn bare_error(error: Error) -> Error {
     match error {
-        Error::File { error, .. } => *error,
+        Error::File(InFile { error, .. }) => *error,
         error => error,
     }
 }
@@ -100,7 +101,7 @@ fn the_container_holds_any_kind_and_skips_what_it_need_not_know() {
     let no_bytes = EncodedTile { bytes: Vec::new(), ..tile.clone() };
     for wrong in [disordered, no_bytes] {
         let refused = writer.write_tile(TileId::default(), &wrong, AchievedError::NONE);
-        assert!(matches!(refused, Err(Error::Caller(_))), "{wrong:?}");
+        assert!(matches!(refused, Err(Error::Tile { .. })), "{wrong:?}");
     }
     writer.write_tile(TileId::default(), &tile, AchievedError::NONE).unwrap();
     writer.write_section(SectionKind(*b"note"), b"of no importance").unwrap();

@@ -8,9 +8,10 @@ use dsm_core::{
     DeepMap, Filter, FilterShape, Footprint, MapInfo, PixelListsBuilder, Receiver, Vertex,
     filtered_lookup,
 };
+use dsm_io::detail::{AchievedError, TileId};
 use dsm_io::{
-    AchievedError, Block, Container, Error, Limits, MapReader, Metadata, Result, Source, TileCache,
-    TileId, WriteOptions, write_map,
+    Block, Container, Error, Limits, MapReader, Metadata, Result, Source, TileCache, WriteOptions,
+    write_map,
 };
 
 /// Hands out copies of ranges, keeps a list of them, and none longer than it may.
@@ -44,7 +45,7 @@ impl Source for Store {
 
     fn read(&self, range: Range<u64>) -> Result<Cow<'_, [u8]>> {
         if range.end - range.start > self.most {
-            return Err(Error::Caller("that is too much at once".into()));
+            return Err(Error::Setting("that is too much at once".into()));
         }
         self.asked.lock().unwrap().push(range.clone());
         Ok(Cow::Owned(self.bytes[range.start as usize..range.end as usize].to_vec()))

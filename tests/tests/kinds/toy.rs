@@ -2,10 +2,13 @@
 //! verified, summed up, shown, cached and looked up.
 
 use dsm_core::{MapInfo, Rgb, Transmittance, VisibilityField};
+use dsm_io::detail::{
+    AchievedError, EncodedTile, FieldKind, KindReader, KindWriter, MapTile, PixelValue, StoredTile,
+    TileColumn, TileId,
+};
 use dsm_io::{
-    AchievedError, Block, Codec, EncodedTile, Error, FieldKind, KindReader, KindWriter, Kinds,
-    Limits, MapKind, MapSummary, MapTile, Metadata, PixelContents, PixelValue, Result, StoredTile,
-    TileCache, TileColumn, TileId, WriteOptions,
+    Block, Codec, Error, Kinds, Limits, MapKind, MapSummary, Metadata, PixelContents, Result,
+    TileCache, WriteOptions,
 };
 use serde::{Deserialize, Serialize};
 

@@ -6,9 +6,10 @@ use dsm_core::{
     Error, HitSource, Rgb, SurfaceHit, TileHits, TileSamples, Tolerance, Transmittance,
     VisibilityField,
 };
+use dsm_io::detail::{AchievedError, KindReader, KindWriter, Memory, PixelValue, TileId};
 use dsm_io::{
-    AchievedError, BakeReport, Block, Container, Error as FileError, KindReader, KindWriter, Level,
-    Limits, MapKind, Memory, PixelValue, TileCache, TileId, WriteOptions,
+    BakeReport, Block, Container, Error as FileError, Level, Limits, MapKind, TileCache,
+    WriteOptions,
 };
 use glam::Vec3;
 use mtsm::{Layers, Mtsm, MultilayerBaker, MultilayerMap, bake_layers, bake_mtsm};
@@ -87,7 +88,7 @@ fn pixels<T: Transmittance>() {
         let pixel = (y * 6 + x) as usize;
         let shown = mtsm.contents::<T>(0, [x, y]).unwrap();
         let expected = runs.pixels().runs(pixel).map(|run| {
-            let row = |layer: mtsm::Layer<T>| {
+            let row = |layer: mtsm::detail::Layer<T>| {
                 vec![
                     number(layer.depth),
                     PixelValue::light(layer.visibility),

@@ -4,6 +4,7 @@ use dsm_core::Rgb;
 use dsm_io::{Block, MapKind};
 use dsm_tests::forge::Forge;
 use dsm_tests::golden;
+use dsm_tests::whole_message;
 use mtsm::{Layers, Mtsm, MultilayerDepthMap, MultilayerMap};
 use shadow_maps::fragments::{FragmentMap, Fragments};
 
@@ -11,8 +12,8 @@ use crate::examples::{KINDS, file, open};
 
 fn problems(bytes: Vec<u8>) -> Vec<String> {
     match open(bytes) {
-        Ok(reader) => reader.verify().iter().map(ToString::to_string).collect(),
-        Err(error) => vec![error.to_string()],
+        Ok(reader) => reader.verify().into_iter().map(whole_message).collect(),
+        Err(error) => vec![whole_message(error)],
     }
 }
 

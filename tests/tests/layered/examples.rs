@@ -3,7 +3,8 @@
 use std::ops::ControlFlow;
 
 use dsm_core::{Error, RayHits, RaySource, SamplePoint, ShadowCamera, SurfaceHit, Transmittance};
-use dsm_io::{Block, Container, ErasedMap, KindReader, Kinds, Limits, MapKind, Memory};
+use dsm_io::detail::{ErasedMap, KindReader, Memory};
+use dsm_io::{Block, Container, Kinds, Limits, MapKind};
 use glam::{DMat4, DVec4};
 use mtsm::{Layers, Mtsm, MultilayerBaker, MultilayerSettings, bake_layers, bake_mtsm};
 use shadow_maps::fragments::{FragmentBuilder, FragmentMap, Fragments, bake_fragments};

@@ -118,7 +118,7 @@ fn other_kinds_name_themselves() {
         let map = open(file::<f32>(kind, Block::Plain)).unwrap();
         assert_eq!(map.kind(), kind);
         assert!(map.downcast_ref::<Layers>().is_some() == (kind == Layers::NAME));
-        let refused = map.downcast::<dsm_io::Deep>().unwrap_err();
+        let refused = map.downcast::<dsm_io::detail::Deep>().unwrap_err();
         assert!(matches!(refused, Error::Kind { found, .. } if found == kind));
     }
 }

@@ -1,11 +1,15 @@
 //! Parts of a map in files of their own, and the whole again.
 
-use dsm_core::{MapInfo, PixelLists, PixelWindow, Tolerance, Transmittance, Vertex};
-use dsm_io::{
-    AchievedError, Block, Container, ContainerWriter, Crop, EncodedTile, Level, Limits, MapReader,
-    MapWriter, MergeReport, Metadata, PyramidOptions, TileId, WriteOptions, mip,
-};
 use std::path::Path;
+
+use dsm_core::Progress;
+use dsm_core::detail::PixelWindow;
+use dsm_core::{MapInfo, PixelLists, Tolerance, Transmittance, Vertex};
+use dsm_io::detail::{AchievedError, ContainerWriter, Crop, EncodedTile, TileId};
+use dsm_io::{
+    Block, Container, Level, Limits, MapReader, MapWriter, MergeReport, Metadata, PyramidOptions,
+    WriteOptions, mip,
+};
 
 use super::{info, merge, metadata, open, refusal};
 use crate::pixels::build;
@@ -142,7 +146,7 @@ fn a_part_of_a_map_has_no_pyramid() {
     for part in PARTS {
         let map = write_crop(&folder.path().join("crop.dsm"), &metadata, part, Block::Plain);
         let output = folder.path().join("mip.dsm");
-        let refused = mip(&map, &output, &PyramidOptions::default(), |_, _| ()).unwrap_err();
+        let refused = mip(&map, &output, &PyramidOptions::default(), Progress::ignore).unwrap_err();
         assert!(refused.to_string().contains("crop.dsm: it is a part of a map"), "{refused}");
         assert!(!output.exists());
     }

@@ -1,11 +1,15 @@
 //! How far maps are apart, level by level.
 
-use dsm_core::{MapInfo, PixelLists, Rgb, Vertex, VisibilityDifference};
-use dsm_io::{
-    AchievedError, Block, ConvertOptions, Level, Limits, MapDifference, MapReader, MapSource,
-    MapWriter, Metadata, TileId, WriteOptions, compare, compare_levels, convert,
-};
 use std::path::Path;
+
+use dsm_core::Progress;
+use dsm_core::detail::VisibilityDifference;
+use dsm_core::{MapInfo, PixelLists, Rgb, Vertex};
+use dsm_io::detail::{AchievedError, TileId};
+use dsm_io::{
+    Block, ConvertOptions, Level, Limits, MapDifference, MapReader, MapSource, MapWriter, Metadata,
+    WriteOptions, compare, compare_levels, convert,
+};
 
 use super::{image, info, metadata, source, write};
 use crate::pixels::build;
@@ -45,9 +49,10 @@ fn pyramid(path: &Path, levels: &[PixelLists<f32>]) -> MapSource {
 
 fn differ(a: &mut MapSource, b: &mut MapSource) -> dsm_io::Result<MapDifference> {
     let mut told = (0, 0);
-    let difference = compare_levels(a, b, |rows, of| {
-        assert!(rows >= told.0 && rows <= of);
-        told = (rows, of);
+    let difference = compare_levels(a, b, |rows| {
+        assert!(rows.done >= told.0 && rows.done <= rows.total);
+        told = (rows.done, rows.total);
+        Progress::ignore(rows)
     });
     assert!(difference.is_err() || told.0 == told.1, "{told:?}");
     difference
@@ -73,7 +78,7 @@ fn the_worst_of_all_common_levels_is_found() {
     let mut c = pyramid(&folder.path().join("c.dsm"), &[off, coarse]);
     let worst = differ(&mut a, &mut c).unwrap().worst.unwrap();
     assert_eq!((worst.level, worst.x, worst.y, worst.difference), (0, 3, 1, 0.25));
-    assert_eq!(compare(&mut a, &mut b, |_| ()).unwrap().max(), 0.25);
+    assert_eq!(compare(&mut a, &mut b, Progress::ignore).unwrap().max(), 0.25);
 }
 
 #[test]
@@ -108,7 +113,7 @@ fn the_mean_is_over_all_pixels() {
             tolerance: info(epsilon).tolerance,
             write: WriteOptions::default().with_tile_size(tile),
         };
-        convert(&mut source(&sample), &path(name), &options, |_| ()).unwrap();
+        convert(&mut source(&sample), &path(name), &options, Progress::ignore).unwrap();
     };
     converted("a.dsm", 0.0, 16);
     converted("b.dsm", 0.1, 7);
@@ -156,7 +161,7 @@ fn what_cannot_be_compared_is_refused() {
     assert_eq!(channels, "the numbers of channels differ: 1 and 3");
     let mut crops = [0, 4].map(|x| {
         let whole = Metadata::new(8, 4, 1, MapInfo::default());
-        let crop = dsm_io::Crop { x, y: 0, width: 4, height: 4 };
+        let crop = dsm_io::detail::Crop { x, y: 0, width: 4, height: 4 };
         let options = WriteOptions::default().with_tile_size(4);
         let writer = MapWriter::create_crop(path("e.dsm"), whole, crop, options).unwrap();
         writer.finish().unwrap();

@@ -10,10 +10,10 @@ mod products;
 
 use std::path::{Path, PathBuf};
 
+use dsm_core::Progress;
 use dsm_core::{DeepMap, MapInfo, PixelLists, Tolerance, Transmittance};
-use dsm_io::{
-    AchievedError, Limits, MapReader, MapSource, MergeReport, Metadata, WriteOptions, write_map,
-};
+use dsm_io::detail::AchievedError;
+use dsm_io::{Limits, MapReader, MapSource, MergeReport, Metadata, WriteOptions, write_map};
 
 fn info(epsilon: f32) -> MapInfo {
     MapInfo { tolerance: Tolerance::new(epsilon).unwrap(), ..MapInfo::default() }
@@ -56,12 +56,12 @@ fn image(name: &str) -> PathBuf {
 fn refusal(maps: &[MapReader], tolerance: Option<Tolerance>) -> String {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("merged.dsm");
-    let refused = dsm_io::merge(maps, &path, tolerance, |_, _| ()).unwrap_err();
+    let refused = dsm_io::merge(maps, &path, tolerance, Progress::ignore).unwrap_err();
     assert!(!path.exists());
     refused.to_string()
 }
 
 fn merge(maps: &[MapReader], path: &Path, epsilon: f32) -> MergeReport {
     let tolerance = (epsilon > 0.0).then(|| Tolerance::new(epsilon).unwrap());
-    dsm_io::merge(maps, path, tolerance, |_, _| ()).unwrap()
+    dsm_io::merge(maps, path, tolerance, Progress::ignore).unwrap()
 }

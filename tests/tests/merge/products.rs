@@ -1,12 +1,14 @@
 //! The light past several maps, against the product of their answers.
 
+use dsm_core::Progress;
+use dsm_core::detail::{PixelWindow, VisibilityView};
 use dsm_core::{
-    Filter, FilterShape, MapInfo, PixelLists, PixelWindow, Rgb, ShadowCamera, Tolerance,
-    Transmittance, Vertex, VisibilityView,
+    Filter, FilterShape, MapInfo, PixelLists, Rgb, ShadowCamera, Tolerance, Transmittance, Vertex,
 };
+use dsm_io::detail::AchievedError;
 use dsm_io::{
-    AchievedError, AnyDeepMap, Block, ConvertOptions, Limits, MapReader, MapWriter, MergeReport,
-    Metadata, WriteOptions, convert,
+    AnyDeepMap, Block, ConvertOptions, Limits, MapReader, MapWriter, MergeReport, Metadata,
+    WriteOptions, convert,
 };
 use dsm_testkit::config;
 use glam::DMat4;
@@ -246,7 +248,7 @@ fn what_the_chords_of_many_volumes_cost_is_stated() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.dsm");
     let sample = image("docs/sample/tuft.exr");
-    convert(&mut source(&sample), &path, &ConvertOptions::default(), |_| ()).unwrap();
+    convert(&mut source(&sample), &path, &ConvertOptions::default(), Progress::ignore).unwrap();
     let maps: Vec<_> = (0..4).map(|_| open(&path)).collect();
     assert!(maps[0].levels()[0].error.max > 4e-7, "the sample has no volumes");
     let merged = folder.path().join("merged.dsm");
@@ -342,7 +344,7 @@ fn errors_of_the_factors_add_up() {
         let mut writer = MapWriter::create(path(name), metadata, options).unwrap();
         for (x, error) in (0..).zip(errors) {
             let pixels = build(2, 2, (0..4).map(|_| step(1.0, 0.5_f32)));
-            let id = dsm_io::TileId::new(0, x, 0);
+            let id = dsm_io::detail::TileId::new(0, x, 0);
             writer.write_tile(id, pixels.view(), tile(error)).unwrap();
         }
         writer.finish().unwrap();

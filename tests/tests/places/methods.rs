@@ -11,7 +11,7 @@ use dsm_core::{Filter, FilterShape, Footprint, Tolerance};
 use dsm_scene::{Scene, TracedScene};
 use dsm_testkit::{Agreement, Trial};
 
-use crate::scene::{misty, opaque, solid};
+use crate::scene::{misty, solid};
 
 /// Width and height of maps.
 pub(crate) const SIZE: u32 = 48;
@@ -57,12 +57,9 @@ impl Method {
         Self::MtsmLookup,
     ];
 
-    /// What it is tried on: with media where its map holds them. A plain map stops what
-    /// lets light through by numbers that are hashed from depths, other ones in another
-    /// unit.
+    /// What it is tried on: with media where its map holds them.
     pub(crate) fn scene(self) -> Scene {
         match self {
-            Self::Plain => opaque(),
             Self::Fragments | Self::FarTable | Self::Layers | Self::LayersFiltered => solid(),
             _ => misty(),
         }

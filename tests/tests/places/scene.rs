@@ -63,13 +63,6 @@ pub(crate) fn solid() -> Scene {
     }
 }
 
-/// [`solid`] without what lets light through.
-pub(crate) fn opaque() -> Scene {
-    let mut scene = solid();
-    scene.objects.iter_mut().for_each(|object| object.opacity = Rgb::new(1.0, 1.0, 1.0));
-    scene
-}
-
 /// [`solid`] in a mist.
 pub(crate) fn misty() -> Scene {
     let mut scene = solid();

@@ -4,18 +4,17 @@
 use std::fs;
 use std::path::Path;
 
+use dsm_core::Progress;
 use dsm_core::{MapInfo, PixelLists, Rgb, Transmittance};
-use dsm_io::{
-    AchievedError, Block, Level, MapReader, MapWriter, Metadata, PyramidOptions, TileId,
-    WriteOptions, mip,
-};
+use dsm_io::detail::{AchievedError, TileId};
+use dsm_io::{Block, Level, MapReader, MapWriter, Metadata, PyramidOptions, WriteOptions, mip};
 
 use crate::maps::{Content, Shape, open, pixels, write};
 
 const CONTENT: Content = Content { seed: 1, on_grid: true, empty: 8 };
 
 fn build(input: &Path, output: &Path, options: &PyramidOptions) {
-    mip(&open(input), output, options, |_, _| ()).unwrap();
+    mip(&open(input), output, options, Progress::ignore).unwrap();
 }
 
 fn same_bytes_with_any_number_of_threads<T: Transmittance>(shape: &Shape) {
@@ -76,7 +75,7 @@ fn a_pyramid_is_replaced_and_a_file_may_replace_itself() {
         assert_eq!(open(&path("map.dsm")).levels().len(), levels as usize);
     }
     let reader = open(&path("map.dsm"));
-    mip(&reader, &path("map.dsm"), &shape.options, |_, _| ()).unwrap();
+    mip(&reader, &path("map.dsm"), &shape.options, Progress::ignore).unwrap();
     // Whoever has the old one open still reads it.
     assert_eq!(reader.levels().len(), 4);
     assert!(reader.verify().is_empty());
@@ -92,7 +91,7 @@ fn a_map_that_cannot_have_a_pyramid_is_left_alone() {
     write(&path, &shape, &pixels::<f32>(shape.size, CONTENT));
     let before = fs::read(&path).unwrap();
     let refused = |options: PyramidOptions| {
-        mip(&open(&path), &path, &options, |_, _| ()).unwrap_err().to_string()
+        mip(&open(&path), &path, &options, Progress::ignore).unwrap_err().to_string()
     };
     let scaled = refused(shape.options.with_tolerance_scale(2.0));
     assert!(scaled.contains("a tolerance scale must lie in (0, 1], not 2"), "{scaled}");
@@ -103,7 +102,8 @@ fn a_map_that_cannot_have_a_pyramid_is_left_alone() {
     let mut writer = MapWriter::create(&views, shape.metadata(1), shape.write_options()).unwrap();
     writer.add_level(Level { view: 1, ..Level::new(9, 9, 4, 0.0) }).unwrap();
     writer.finish().unwrap();
-    let refused = mip(&open(&views), &path, &shape.options, |_, _| ()).unwrap_err().to_string();
+    let refused =
+        mip(&open(&views), &path, &shape.options, Progress::ignore).unwrap_err().to_string();
     assert!(refused.contains("views.dsm: a map of several views"), "{refused}");
     assert!(fs::read(&path).unwrap() == before);
 }
@@ -141,7 +141,7 @@ fn a_damaged_tile_is_an_error_and_the_old_file_stays() {
     bytes[70] ^= 1;
     let reader = MapReader::from_bytes(bytes, &dsm_io::Limits::default()).unwrap();
     let before = fs::read(&path).unwrap();
-    let refused = mip(&reader, &path, &shape.options, |_, _| ()).unwrap_err().to_string();
+    let refused = mip(&reader, &path, &shape.options, Progress::ignore).unwrap_err().to_string();
     assert!(
         refused.contains("tile (0, 0) of level 0") && refused.contains("checksum"),
         "{refused}"

@@ -2,11 +2,10 @@
 
 use std::path::Path;
 
+use dsm_core::Progress;
 use dsm_core::{MapInfo, PixelLists, PixelListsBuilder, Tolerance, Transmittance, Vertex};
-use dsm_io::{
-    AchievedError, Block, Limits, MapReader, MapWriter, Metadata, PyramidOptions, TileId,
-    WriteOptions, mip,
-};
+use dsm_io::detail::{AchievedError, TileId};
+use dsm_io::{Block, Limits, MapReader, MapWriter, Metadata, PyramidOptions, WriteOptions, mip};
 
 /// Numbers that are the same in every run.
 pub(crate) struct Numbers(pub(crate) u64);
@@ -150,6 +149,6 @@ pub(crate) fn with_pyramid<T: Transmittance>(
 ) -> MapReader {
     let (flat, path) = (folder.join("flat.dsm"), folder.join("pyramid.dsm"));
     write(&flat, shape, pixels);
-    mip(&open(&flat), &path, &shape.options, |_, _| ()).unwrap();
+    mip(&open(&flat), &path, &shape.options, Progress::ignore).unwrap();
     open(&path)
 }

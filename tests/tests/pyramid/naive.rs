@@ -1,7 +1,9 @@
 //! Plain averages in `f64`, by other code than the library's.
 
-use dsm_core::{Transmittance, VisibilityView};
-use dsm_io::{MapReader, TileId};
+use dsm_core::Transmittance;
+use dsm_core::detail::VisibilityView;
+use dsm_io::MapReader;
+use dsm_io::detail::TileId;
 
 /// What rounding adds to sums of numbers in [0, 1], here and there.
 pub(crate) const ROUNDING: f64 = 1e-11;

@@ -2,11 +2,10 @@
 
 use std::ops::Range;
 
-use dsm_core::{PixelLists, Rgb, SumVertex, Transmittance, Vertex};
-use dsm_io::{
-    Error, Level, MapWriter, PixelFunctions, PyramidSource, Result, SourceTile, TileId,
-    build_pyramid,
-};
+use dsm_core::detail::SumVertex;
+use dsm_core::{PixelLists, Progress, Rgb, Transmittance, Vertex};
+use dsm_io::detail::{PixelFunctions, PyramidSource, SourceTile, TileId, build_pyramid};
+use dsm_io::{Error, Level, MapWriter, Result};
 
 use crate::maps::{Content, Shape, open, pixels};
 use crate::naive::{Plain, check_levels};
@@ -72,7 +71,11 @@ fn check<T: Transmittance>(shape: &Shape, content: Content) {
     let level = writer.levels()[0];
     let source = Uncompressed::<T> { level, functions };
     let mut told = Vec::new();
-    build_pyramid(&source, &mut writer, &shape.options, |done, of| told.push((done, of))).unwrap();
+    build_pyramid(&source, &mut writer, &shape.options, |tile| {
+        told.push((tile.done, tile.total));
+        Progress::ignore(tile)
+    })
+    .unwrap();
     writer.finish().unwrap();
     assert_eq!(told.last(), Some(&(level.tile_count(), level.tile_count())));
     assert!(told.is_sorted());

@@ -7,7 +7,7 @@ use dsm_testkit::config;
 use proptest::prelude::*;
 
 use super::*;
-use crate::TileId;
+use crate::tile_id::TileId;
 
 const THREADS: usize = 8;
 
