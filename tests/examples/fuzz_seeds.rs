@@ -12,7 +12,7 @@ use dsm_tests::forge::Forge;
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = std::env::args().nth(1).ok_or("which folder?")?;
     let folder = Path::new(&folder);
-    for target in ["header", "directory", "tile", "deep_exr"] {
+    for target in ["header", "directory", "tile", "layered", "deep_exr"] {
         fs::create_dir_all(folder.join(target))?;
     }
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -24,6 +24,16 @@ fn main() -> Result<(), Box<dyn Error>> {
             fs::write(folder.join("header").join(&name), &forge.0)?;
             fs::write(folder.join("directory").join(&name), directory(&forge))?;
             fs::write(folder.join("tile").join(&name), tile(&forge))?;
+        }
+    }
+    for file in fs::read_dir(root.join("data/dsm-1/golden"))? {
+        let path = file?.path();
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let kind = ["mtsm", "layers", "fragments"].iter().position(|kind| name.starts_with(kind));
+        if let Some(kind) = kind {
+            let mut seed = tile(&Forge(fs::read(&path)?));
+            seed.insert(3, kind as u8);
+            fs::write(folder.join("layered").join(&name), seed)?;
         }
     }
     for file in fs::read_dir(root.join("../deep-exr/tests/data"))? {

@@ -5,7 +5,7 @@ use std::path::Path;
 use dsm_core::{Tolerance, Transmittance, ViewRaster};
 use dsm_io::detail::ErasedMap;
 use dsm_io::{CachedMap, Container};
-use shadow_maps::fragments::{self, FragmentBuilder, FragmentMap, FragmentTracer, bake_fragments};
+use shadow_maps::fragments::{self, FragmentBuilder, FragmentTracer, bake_fragments};
 
 use super::kind::ShadowKind;
 use super::layered;
@@ -105,9 +105,8 @@ fn shadow<T: Transmittance>(
     method: TraceMethod,
     query: &Query,
 ) -> Result<Shadow> {
-    let fragments = FragmentMap::<T>::read(map.reader())?;
-    let light = layered::light(query, map.reader(), fragments.frame())?;
-    let tracer = FragmentTracer::new(fragments)?;
+    let tracer = FragmentTracer::<T>::read(map.reader())?;
+    let light = layered::light(query, map.reader(), tracer.frame())?;
     // Before the rest is set, so that map and light alone decide.
     let tracer = match method.far_table {
         FarTable::Auto => tracer.for_light(&light),

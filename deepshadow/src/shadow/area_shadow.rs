@@ -47,7 +47,7 @@ impl<M: TracedMap> AreaTracer for SoftPercentageCloser<M> {
 
 impl<T: Transmittance> AreaTracer for FragmentTracer<T> {
     fn frame(&self) -> &LightFrame {
-        self.map().frame()
+        self.frame()
     }
 
     fn rays(&self) -> TraceStatistics {

@@ -3,7 +3,7 @@
 use dsm_core::Transmittance;
 use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdFloat, SimdInt, SimdMask, f32x16, i32x16};
 
-use super::map::FragmentMap;
+use super::packed::PackedFragments;
 use super::packet::{Apex, Packet};
 use super::range_tree::LANES;
 
@@ -45,10 +45,10 @@ pub(crate) struct FarTable {
 }
 
 impl FarTable {
-    /// The table of `map`, whose fragments have w in `range`. O(fragments +
+    /// The table of a map's `fragments`, which have w in `range`. O(fragments +
     /// coarse pixels).
-    pub(crate) fn new<T: Transmittance>(map: &FragmentMap<T>, range: [f32; 2]) -> Self {
-        let [width, height] = map.size();
+    pub(crate) fn new<T: Transmittance>(fragments: &PackedFragments, range: [f32; 2]) -> Self {
+        let [width, height] = fragments.size();
         let wide = width.max(height);
         let side = wide.div_ceil(MOST_CELLS).max(LEAST_SIDE);
         let size = [width, height].map(|pixels| pixels.div_ceil(side));
@@ -67,7 +67,7 @@ impl FarTable {
                 walls.clear();
                 let pixels = (y..y + side).flat_map(|y| (x..x + side).map(move |x| (x, y)));
                 for (pixel, (x, y)) in pixels.enumerate() {
-                    for fragment in map.pixel(x, y) {
+                    for fragment in fragments.pixel::<T>([x, y]) {
                         let covered = f64::from(fragment.coverage.count_ones()) / squares;
                         let opacity = f64::from(fragment.opacity.channel(channel));
                         let [low, high] = fragment.range().map(f64::from);
@@ -311,6 +311,7 @@ mod tests {
 
     use super::super::columns::FragmentColumns;
     use super::super::fragment::Fragment;
+    use super::super::map::FragmentMap;
     use super::super::oracle::frame;
     use super::super::packet::Starts;
     use super::*;
@@ -359,7 +360,8 @@ mod tests {
         }
         let frame = frame(size, 0.0);
         let map = FragmentMap::new(frame, columns).unwrap();
-        let table = FarTable::new(&map, [0.25, 0.75]);
+        let fragments = PackedFragments::new(&map).unwrap();
+        let table = FarTable::new::<f32>(&fragments, [0.25, 0.75]);
         let range = [0.25, 0.75];
         let mut dark = 0;
         for index in 0..60 {

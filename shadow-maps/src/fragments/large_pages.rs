@@ -27,16 +27,28 @@ pub(crate) enum LargePages<V> {
 impl<V: Pod + Zeroable> LargePages<V> {
     /// `count` zeros.
     pub(crate) fn zeroed(count: usize) -> Self {
-        let size = count.saturating_mul(size_of::<V>());
-        match MmapMut::map_anon(size.max(1)) {
-            Ok(bytes) if size >= LARGE => {
-                // What a system cannot do changes nothing but time.
-                #[cfg(target_os = "linux")]
-                let _ = bytes.advise(memmap2::Advice::HugePage);
-                Self::Mapped { bytes, size }
-            }
-            _ => Self::Heap(vec![V::zeroed(); count]),
-        }
+        Self::mapped(count).unwrap_or_else(|| Self::Heap(vec![V::zeroed(); count]))
+    }
+
+    /// `count` zeros, if there is memory for them. What is not written to takes none
+    /// on most systems.
+    pub(crate) fn try_zeroed(count: usize) -> Option<Self> {
+        Self::mapped(count).or_else(|| {
+            let mut values = Vec::new();
+            values.try_reserve_exact(count).ok()?;
+            values.resize(count, V::zeroed());
+            Some(Self::Heap(values))
+        })
+    }
+
+    /// In pages of their own, if they are many.
+    fn mapped(count: usize) -> Option<Self> {
+        let size = count.checked_mul(size_of::<V>()).filter(|&size| size >= LARGE)?;
+        let bytes = MmapMut::map_anon(size).ok()?;
+        // What a system cannot do changes nothing but time.
+        #[cfg(target_os = "linux")]
+        let _ = bytes.advise(memmap2::Advice::HugePage);
+        Some(Self::Mapped { bytes, size })
     }
 }
 

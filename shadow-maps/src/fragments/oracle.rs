@@ -108,7 +108,7 @@ pub(crate) fn fragment() -> impl Strategy<Value = Fragment<f32>> {
 
 type Pixels = Vec<Vec<Fragment<f32>>>;
 
-fn pixels() -> impl Strategy<Value = ([u32; 2], Pixels)> {
+pub(crate) fn pixels() -> impl Strategy<Value = ([u32; 2], Pixels)> {
     // Wide maps of a few fragments, and narrow ones of hundreds a block.
     let size = prop_oneof![
         3 => (1_u32..40, 1_u32..40, Just(1..40)),

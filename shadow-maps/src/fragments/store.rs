@@ -42,7 +42,9 @@ pub struct Fragments;
 pub struct FragmentKeys {
     /// How many fragments a pixel may have, and where the light is.
     pub layering: Layering,
-    /// Places along a side of a pixel that were looked at: 1, 2, 4 or 8.
+    /// Places along a side of a pixel that were looked at: 1, 2, 4 or 8. A file must
+    /// have it.
+    #[serde(default)]
     pub coverage: u32,
 }
 
@@ -215,6 +217,14 @@ impl MapKind for Fragments {
     }
 }
 
+/// The frame of the light of a file's map.
+pub(super) fn frame_of(reader: &KindReader<Fragments>) -> dsm_core::Result<LightFrame> {
+    let metadata = reader.metadata();
+    let camera = metadata.info.camera.unwrap_or_default();
+    let light_depth = reader.keys().layering.light_depth.into();
+    LightFrame::new(&camera, [metadata.width, metadata.height], light_depth)
+}
+
 impl<T: Transmittance> FragmentMap<T> {
     /// Reads a whole map, its finest level, row by row of tiles. O(fragments).
     ///
@@ -224,14 +234,10 @@ impl<T: Transmittance> FragmentMap<T> {
     /// [`Error::Limit`] for one that is too large, or what is wrong with a tile.
     pub fn read(reader: &KindReader<Fragments>) -> Result<Self> {
         reader.check_in_memory(0)?;
-        let metadata = reader.metadata();
         let mut columns = FragmentColumns::new();
         reader
             .for_each_pixel::<T>(0, |tile, pixel| Ok(columns.push_pixel(tile.fragments(pixel))?))?;
-        let camera = metadata.info.camera.unwrap_or_default();
-        let light_depth = reader.keys().layering.light_depth.into();
-        let frame = LightFrame::new(&camera, [metadata.width, metadata.height], light_depth);
-        let map = frame.and_then(|frame| Self::new(frame, columns));
+        let map = frame_of(reader).and_then(|frame| Self::new(frame, columns));
         reader.container().in_file(map.map_err(Error::from))
     }
 }

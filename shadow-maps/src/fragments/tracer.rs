@@ -8,20 +8,23 @@ use dsm_core::random::golden;
 use dsm_core::{
     AreaLight, LightShape, LightVisibility, OcclusionTracer, Result, ShadedPoint, Transmittance,
 };
-use dsm_trace::TraceStatistics;
+use dsm_io::detail::KindReader;
 use dsm_trace::detail::TraceCounters;
+use dsm_trace::{LightFrame, TraceStatistics};
 use fearless_simd::{Level, Simd, SimdBase, dispatch, f32x16};
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::far_table::FarTable;
+use super::fragment::Fragment;
 use super::frontier::{Frontier, whole};
 use super::kernel::{Stacks, Stage, trace};
 use super::lanes::Lanes;
 use super::map::FragmentMap;
-use super::packed::PackedFragments;
+use super::packed::{PackedBuilder, PackedFragments};
 use super::packet::{Apex, Packet, Reach, Starts};
 use super::range_tree::{Cone, LANES, RangeTree};
+use super::store::{Fragments, frame_of};
 use super::umbra::is_blocked;
 
 /// Where a ray starts, in sides of a pixel at its receiver: for planes, whose
@@ -88,8 +91,11 @@ const CHUNK: usize = 64;
 /// # Ok::<(), Error>(())
 /// ```
 pub struct FragmentTracer<T> {
-    map: Arc<FragmentMap<T>>,
+    frame: LightFrame,
+    /// Number of fragments.
+    count: usize,
     fragments: PackedFragments,
+    value: PhantomData<T>,
     tree: RangeTree,
     range: [f32; 2],
     rays: u32,
@@ -116,21 +122,61 @@ impl<T: Transmittance> FragmentTracer<T> {
     /// fast, with an RMSE of 0.023 for 0.019.
     pub const NEAR_CELLS: f32 = 1.125;
 
-    /// A tracer of `map`: 256 rays a light. O(pixels + fragments).
+    /// A tracer of `map`: 256 rays a light. It keeps fragments of its own, in other
+    /// places than the map. O(pixels + fragments · log fragments of a block).
     ///
     /// # Errors
     ///
-    /// [`dsm_core::Error::TooLarge`] past some 700 million fragments.
+    /// [`dsm_core::Error::TooLarge`] past some 590 million fragments.
     pub fn new(map: impl Into<Arc<FragmentMap<T>>>) -> Result<Self> {
         let map = map.into();
-        let tree = RangeTree::new(map.size(), |x, y| {
-            let ranges = map.pixel(x, y).map(|fragment| fragment.range());
-            ranges.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+        Ok(Self::of(*map.frame(), PackedFragments::new(&map)?))
+    }
+
+    /// A tracer of a file's map, its finest level: reads tile by tile, and holds no
+    /// fragment twice but those of one row of tiles.
+    ///
+    /// # Errors
+    ///
+    /// [`dsm_io::Error::Channels`] for a map of another number of channels,
+    /// [`dsm_io::Error::Limit`] for one that is too large, or what is wrong with a
+    /// tile; as [`Self::new`].
+    pub fn read(reader: &KindReader<Fragments>) -> dsm_io::Result<Self> {
+        reader.check_channels::<T>()?;
+        reader.check_in_memory(0)?;
+        let container = reader.container();
+        let frame = container.in_file(frame_of(reader).map_err(dsm_io::Error::from))?;
+        // No more than their tiles have bytes for.
+        let each = 4 * (5 + T::CHANNELS) as u64;
+        let tiles = reader.directory(0)?.iter().map(|(_, tile)| tile);
+        let most = tiles.map(|tile| tile.vertex_count.min(tile.raw_length / each));
+        let builder = PackedBuilder::new(frame.size(), most.fold(0, u64::saturating_add));
+        let mut builder = container.in_file(builder.map_err(dsm_io::Error::from))?;
+        reader
+            .for_each_pixel::<T>(0, |tile, pixel| Ok(builder.push_pixel(tile.fragments(pixel))?))?;
+        Ok(Self::of(frame, builder.finish()))
+    }
+
+    fn of(frame: LightFrame, fragments: PackedFragments) -> Self {
+        let [width, height] = frame.size().map(|side| side as usize);
+        let mut ranges = vec![[f32::INFINITY, f32::NEG_INFINITY]; width * height];
+        let mut count = 0;
+        fragments.for_each::<T>(|[x, y], fragment| {
+            let [low, high] = fragment.range();
+            let range = &mut ranges[y as usize * width + x as usize];
+            *range = [range[0].min(low), range[1].max(high)];
+            count += 1;
+        });
+        let tree = RangeTree::new(frame.size(), |x, y| {
+            let range = ranges[y as usize * width + x as usize];
+            (range[0] <= range[1]).then_some(range)
         });
         let range = tree.range().unwrap_or([f32::INFINITY, f32::NEG_INFINITY]);
-        Ok(Self {
-            fragments: PackedFragments::new(&map)?,
-            map,
+        Self {
+            frame,
+            count,
+            fragments,
+            value: PhantomData,
             tree,
             range,
             rays: 256,
@@ -140,7 +186,7 @@ impl<T: Transmittance> FragmentTracer<T> {
             near_cells: Self::NEAR_CELLS,
             level: Level::new(),
             counters: TraceCounters::default(),
-        })
+        }
     }
 
     /// The same with another number of rays a light, at least 1.
@@ -163,7 +209,8 @@ impl<T: Transmittance> FragmentTracer<T> {
     /// pixels that rays move: fast for hair and leaves, wrong for surfaces.
     #[must_use]
     pub fn with_far_table(self, cells: f32) -> Self {
-        let far = (self.range[0] < self.range[1]).then(|| FarTable::new(&self.map, self.range));
+        let far = (self.range[0] < self.range[1])
+            .then(|| FarTable::new::<T>(&self.fragments, self.range));
         Self { far, near_cells: cells.max(0.0), ..self }
     }
 
@@ -199,30 +246,57 @@ impl<T: Transmittance> FragmentTracer<T> {
     /// Points on fragments, seen from the light, and as many on the farthest ones
     /// of their pixels, where shadows fall.
     fn check_receivers(&self) -> Vec<DVec3> {
-        let frame = self.map.frame();
-        let offsets = &self.map.columns().offsets;
-        let width = u64::from(self.map.size()[0].max(1));
-        let count = self.map.len();
+        let count = self.count;
         if count == 0 {
             return Vec::new();
         }
-        let some = (0..CHECKS).map(|index| {
-            // Spread over the fragments by the golden ratio, in no step that
-            // rows could have, too.
-            let share = golden(0.0, index as f64);
-            let at = ((share * count as f64) as usize).min(count - 1);
-            let pixel = offsets.partition_point(|&start| start as usize <= at) as u64 - 1;
-            let [x, y] = [pixel % width, pixel / width].map(|side| side as f64 + 0.5);
-            [at, offsets[pixel as usize] as usize].map(|at| {
-                let [low, high] = self.map.fragment(at).range().map(f64::from);
-                let depth = ((low + high) / 2.0).max(f64::MIN_POSITIVE).recip();
-                // A little towards the light.
-                frame.unproject(x, y, depth * 0.9995)
-            })
+        // Spread over the fragments by the golden ratio, in no step that rows could
+        // have, too.
+        let share = |index: usize| golden(0.0, index as f64);
+        let wanted: Vec<usize> = (0..CHECKS)
+            .map(|index| ((share(index) * count as f64) as usize).min(count - 1))
+            .collect();
+        let point = |[x, y]: [u32; 2], fragment: Fragment<T>| {
+            let [low, high] = fragment.range().map(f64::from);
+            let depth = ((low + high) / 2.0).max(f64::MIN_POSITIVE).recip();
+            // A little towards the light.
+            let [x, y] = [x, y].map(|side| f64::from(side) + 0.5);
+            self.frame.unproject(x, y, depth * 0.9995)
+        };
+        let found = self.pixels_of(&wanted).into_iter().map(|(pixel, within)| {
+            let mut fragments = self.fragments.pixel::<T>(pixel);
+            let farthest = fragments.next()?;
+            let own = if within == 0 { farthest } else { fragments.nth(within - 1)? };
+            Some([own, farthest].map(|fragment| point(pixel, fragment)))
         });
-        let some: Vec<[DVec3; 2]> = some.collect();
+        let some: Vec<[DVec3; 2]> = found.flatten().collect();
         let of = |kind: usize| some.iter().map(move |points| points[kind]);
         of(0).chain(of(1)).collect()
+    }
+
+    /// The pixels that hold the fragments of these numbers, counted pixel by pixel and
+    /// row by row, and which of its own each is.
+    fn pixels_of(&self, wanted: &[usize]) -> Vec<([u32; 2], usize)> {
+        let [width, height] = self.frame.size();
+        let mut counts = vec![0_u32; width as usize * height as usize];
+        self.fragments.for_each::<T>(|[x, y], _| {
+            counts[y as usize * width as usize + x as usize] += 1;
+        });
+        let mut first = 0;
+        let starts: Vec<usize> = counts
+            .iter()
+            .map(|&count| {
+                first += count as usize;
+                first - count as usize
+            })
+            .collect();
+        let pixel = |&at: &usize| {
+            let pixel = starts.partition_point(|&start| start <= at) - 1;
+            // Of pixels that begin there, the last holds it.
+            let place = [pixel as u32 % width, pixel as u32 / width];
+            (place, at - starts[pixel])
+        };
+        wanted.iter().map(pixel).collect()
     }
 
     /// Whether a far table is used.
@@ -244,10 +318,10 @@ impl<T: Transmittance> FragmentTracer<T> {
         Self { level, ..self }
     }
 
-    /// The map.
+    /// The light's frame.
     #[must_use]
-    pub const fn map(&self) -> &Arc<FragmentMap<T>> {
-        &self.map
+    pub const fn frame(&self) -> &LightFrame {
+        &self.frame
     }
 
     /// What was asked so far, but for what [`Self::for_light`] tried.
@@ -263,7 +337,7 @@ impl<T: Transmittance> FragmentTracer<T> {
     pub fn mean(&self, receiver: DVec3, lights: &[DVec3], scratch: &mut TraceScratch) -> T {
         let mut sum = T::BLOCKED.to_sum();
         let mut counted = TraceStatistics { rays: lights.len() as u64, ..Default::default() };
-        let Some(apex) = Apex::new(self.map.frame(), receiver) else {
+        let Some(apex) = Apex::new(&self.frame, receiver) else {
             self.counters.add(TraceStatistics { beside: counted.rays, ..counted });
             return T::CLEAR;
         };
@@ -291,7 +365,7 @@ impl<T: Transmittance> FragmentTracer<T> {
         (frontier, stacks): (&mut Frontier, &mut Stacks),
         sum: &mut T::Sum,
     ) -> u32 {
-        let frame = self.map.frame();
+        let frame = &self.frame;
         let mut packets = [const { None }; PACKETS];
         let mut count = 0;
         let mut leaving = 0;

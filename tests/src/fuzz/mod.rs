@@ -7,6 +7,7 @@
 mod deep_exr;
 mod directory;
 mod header;
+mod layered;
 mod tile;
 
 use dsm_core::Rgb;
@@ -15,14 +16,20 @@ use dsm_io::{Error, Limits, MapReader};
 pub use deep_exr::deep_exr;
 pub use directory::directory;
 pub use header::header;
+pub use layered::{layered, read_any_kind};
 pub use tile::tile;
 
 /// A function of any bytes: whether they were accepted.
 pub type Target = fn(&[u8]) -> bool;
 
 /// The targets by name.
-pub const TARGETS: [(&str, Target); 4] =
-    [("header", header), ("directory", directory), ("tile", tile), ("deep_exr", deep_exr)];
+pub const TARGETS: [(&str, Target); 5] = [
+    ("header", header),
+    ("directory", directory),
+    ("tile", tile),
+    ("layered", layered),
+    ("deep_exr", deep_exr),
+];
 
 /// Limits under which nothing takes more than some megabytes.
 #[must_use]

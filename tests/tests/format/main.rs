@@ -9,6 +9,7 @@ mod damage;
 mod examples;
 mod fuzz;
 mod golden;
+mod golden_deep;
 mod metadata;
 mod pixels;
 mod round_trip;

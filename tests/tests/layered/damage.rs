@@ -3,6 +3,7 @@
 use dsm_core::Rgb;
 use dsm_io::{Block, MapKind};
 use dsm_tests::forge::Forge;
+use dsm_tests::golden;
 use dsm_tests::whole_message;
 use mtsm::{Layers, Mtsm, MultilayerDepthMap, MultilayerMap};
 use shadow_maps::fragments::{FragmentMap, Fragments};
@@ -127,10 +128,16 @@ fn what_breaks_a_rule_is_named() {
     signed(&mtsm, "metadata", |f| f.replace("\"layering\"", "\"larering\""));
     signed(&mtsm, "not one that this program reads", |f| f.replace("\"mtsm\"", "\"mtms\""));
     signed(&mtsm, "version 7 of kind \"mtsm\"; this program reads up to 1", |f| {
-        f.replace("\"width\":6,\"height\":5", "\"kind_version\":7   ");
+        f.replace("\"width\":6,\"height\":5", "\"kind_version\":7    ");
     });
-    signed(&mtsm, "a multilayer transparent shadow map is stored whole", |f| {
-        f.put(f.section(b"LEVL") + 16, [4, 0, 0, 0])
+    signed(&mtsm, "not those of a map of the size", |f| {
+        f.put(f.section(b"LEVL") + 16, [4, 0, 0, 0]);
+    });
+    // What would be a crop of a deep map.
+    let golden = std::fs::read(golden::folder().join("golden/mtsm_plain_mono.dsm")).unwrap();
+    signed(&golden, "a multilayer transparent shadow map is stored whole", |f| {
+        f.replace("\"width\":12", "\"width\":20");
+        f.put(f.section(b"LEVL") + 16, [8, 0, 0, 0]);
     });
     signed(&layers, "opacities must lie in [0, 1]", |f| {
         let at = last(f);

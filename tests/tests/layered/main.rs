@@ -5,4 +5,6 @@
 mod contents;
 mod damage;
 mod examples;
+mod golden;
+mod mutation;
 mod round_trip;

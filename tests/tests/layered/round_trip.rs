@@ -2,10 +2,11 @@
 
 use std::ops::ControlFlow;
 
-use dsm_core::{Rgb, Transmittance};
+use dsm_core::{AreaLight, LightVisibility, Rgb, Transmittance};
 use dsm_io::{Block, Error, Limits, MapKind, MapReader};
+use glam::DVec3;
 use mtsm::{Layers, Mtsm, MultilayerDepthMap, MultilayerMap, bake_mtsm};
-use shadow_maps::fragments::{FragmentMap, Fragments};
+use shadow_maps::fragments::{FragmentMap, FragmentTracer, Fragments};
 
 use crate::examples::{KINDS, baker, file, fragment_map, open, read};
 
@@ -55,6 +56,29 @@ fn check_fragments<T: Transmittance>() {
         assert_eq!(FragmentMap::<T>::read(&reader).unwrap(), map);
         assert!(reader.verify().is_empty());
         assert_eq!(reader.summary().unwrap().count("fragments"), Some(map.len() as u64));
+        // Traced from the file's tiles, or from the map.
+        let light = AreaLight::rectangle(DVec3::ZERO, DVec3::X * 0.2, DVec3::Y * 0.2);
+        let tracers =
+            [FragmentTracer::new(map.clone()).unwrap(), FragmentTracer::read(&reader).unwrap()];
+        let (mut tracers, mut dark) = (tracers, 0);
+        for far in [false, true] {
+            if far {
+                tracers = tracers.map(|tracer| tracer.with_far_table(0.5));
+            }
+            for at in 0..60_u32 {
+                let [x, y] = [at % 10, at / 10].map(|side| f64::from(side) / 4.0 - 1.0);
+                let depth = 2.6 + f64::from(at % 7) / 4.0;
+                let receiver = DVec3::new(x * depth, y * depth, -depth);
+                let [a, b] =
+                    tracers.each_ref().map(|tracer| tracer.visibility(receiver, &light, 3));
+                assert_eq!(a, b, "{far} {receiver}");
+                dark += usize::from(a != Ok(T::CLEAR));
+            }
+        }
+        assert!(dark > 40, "{dark}");
+        let kept = |map: FragmentTracer<T>| map.for_light(&light).has_far_table();
+        let [a, b] = tracers.map(kept);
+        assert_eq!(a, b);
     }
 }
 

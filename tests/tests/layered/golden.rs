@@ -1,0 +1,222 @@
+//! Layered maps that were written once stay readable, number by number.
+//!
+//! What the files must hold is computed here, from a pixel's place alone.
+
+use dsm_core::{MapInfo, Rgb, SurfaceHit, Tolerance, Transmittance};
+use dsm_io::detail::{AchievedError, KindReader, KindWriter, TileId};
+use dsm_io::{Block, Level, Limits, MapKind, Metadata, TileRect, WriteOptions};
+use dsm_tests::golden;
+use dsm_trace::detail::Layering;
+use mtsm::detail::{DepthLayers, Layer, LayeredPixels, LayeredPixelsBuilder};
+use mtsm::{Layers, Mtsm};
+use shadow_maps::fragments::{Fragment, FragmentColumns, FragmentKeys, FragmentTile, Fragments};
+
+/// Of level 0, in tiles of 8 × 8: the second row of tiles is one pixel high.
+const SIZE: [u32; 2] = [12, 9];
+const LAYERING: Layering = Layering { resets: 2, max_layers: 5, light_depth: 0.75 };
+const BLOCKS: [(Block, &str); 2] = [(Block::Plain, "plain"), (Block::Zstd, "zstd")];
+
+/// What a golden file of a kind holds.
+trait Golden: MapKind {
+    fn keys() -> Self::Keys;
+
+    /// What the file says that it keeps.
+    const TOLERANCE: f32 = 0.0;
+
+    /// The tile over these pixels of a level.
+    fn tile<T: Transmittance>(level: u32, rect: TileRect) -> Self::Tile<T>;
+
+    fn assert_same<T: Transmittance>(found: &Self::Tile<T>, expected: &Self::Tile<T>, name: &str);
+}
+
+/// The pixels of a tile, row by row.
+fn places(rect: TileRect) -> impl Iterator<Item = [u32; 2]> {
+    (rect.y..rect.y + rect.height)
+        .flat_map(move |y| (rect.x..rect.x + rect.width).map(move |x| [x, y]))
+}
+
+/// Each channel has half of the one before.
+fn halves<T: Transmittance>(value: f32) -> T {
+    T::from_channels(|channel| value / (1 << channel) as f32)
+}
+
+impl Golden for Mtsm {
+    const TOLERANCE: f32 = 0.0625;
+
+    fn keys() -> Self::Keys {
+        LAYERING.into()
+    }
+
+    fn tile<T: Transmittance>(level: u32, rect: TileRect) -> LayeredPixels<T> {
+        let mut pixels = LayeredPixelsBuilder::new(rect.width, rect.height);
+        for [x, y] in places(rect) {
+            let runs = (x + y + level) % 3;
+            for run in 0..runs {
+                let depth = 2.0 + run as f32 + x as f32 / 8.0;
+                let layer = |depth, visibility, count| Layer { depth, visibility, count };
+                let clear = layer(depth, T::CLEAR, 0);
+                if run + 1 < runs {
+                    pixels.push_run([clear, layer(depth, T::BLOCKED, 1 + x)]).unwrap();
+                } else {
+                    let (half, quarter) = (halves(0.5), halves(0.25));
+                    let more = [layer(depth, half, y + 1), layer(depth + 0.5, quarter, 3)];
+                    pixels.push_run([clear].into_iter().chain(more)).unwrap();
+                }
+            }
+            pixels.finish_pixel().unwrap();
+        }
+        pixels.finish().unwrap()
+    }
+
+    fn assert_same<T: Transmittance>(
+        found: &LayeredPixels<T>,
+        expected: &LayeredPixels<T>,
+        name: &str,
+    ) {
+        for pixel in 0..expected.pixel_count() {
+            let runs = |of: &LayeredPixels<T>| -> Vec<Vec<Layer<T>>> {
+                of.runs(pixel).map(|run| run.layers().collect()).collect()
+            };
+            assert_eq!(runs(found), runs(expected), "{name}, pixel {pixel}");
+        }
+    }
+}
+
+impl Golden for Layers {
+    fn keys() -> Self::Keys {
+        Layering { resets: 0, ..LAYERING }.into()
+    }
+
+    fn tile<T: Transmittance>(level: u32, rect: TileRect) -> DepthLayers<T> {
+        let mut pixels = DepthLayers::clear(rect.width, rect.height, LAYERING.max_layers);
+        for [x, y] in places(rect) {
+            for layer in 0..(x + y + level) % 4 {
+                let depth = 1.0 + layer as f32 / 2.0 + x as f32 / 8.0;
+                pixels.insert(SurfaceHit { depth, opacity: halves((layer + 1) as f32 / 4.0) });
+            }
+            pixels.finish_pixel().unwrap();
+        }
+        pixels
+    }
+
+    fn assert_same<T: Transmittance>(
+        found: &DepthLayers<T>,
+        expected: &DepthLayers<T>,
+        name: &str,
+    ) {
+        for pixel in 0..expected.pixel_count() {
+            assert!(found.layers(pixel).eq(expected.layers(pixel)), "{name}, pixel {pixel}");
+        }
+    }
+}
+
+impl Golden for Fragments {
+    fn keys() -> Self::Keys {
+        FragmentKeys { layering: Layering { resets: 0, ..LAYERING }, coverage: 8 }
+    }
+
+    fn tile<T: Transmittance>(level: u32, rect: TileRect) -> FragmentTile<T> {
+        let mut columns = FragmentColumns::new();
+        for [x, y] in places(rect) {
+            let fragment = |layer: u32| Fragment {
+                w: 0.125 * (layer + 1) as f32 + y as f32 / 64.0,
+                // Strands, and what lies flat: both have no gradient.
+                gradient: match (x + layer) % 3 {
+                    0 => None,
+                    1 => Some([0.0; 2]),
+                    _ => Some([x as f32 / 256.0, -(y as f32) / 512.0]),
+                },
+                opacity: halves((layer + 1) as f32 / 4.0),
+                coverage: 0x8040_2010_0804_0201_u64.rotate_left(x + layer) | 1 << (y + 32),
+            };
+            columns.push_pixel((0..(x + 2 * y + level) % 4).map(fragment)).unwrap();
+        }
+        FragmentTile::new([rect.width, rect.height], columns).unwrap()
+    }
+
+    fn assert_same<T: Transmittance>(
+        found: &FragmentTile<T>,
+        expected: &FragmentTile<T>,
+        name: &str,
+    ) {
+        let pixels = expected.columns().offsets.len() - 1;
+        for pixel in 0..pixels {
+            assert!(found.fragments(pixel).eq(expected.fragments(pixel)), "{name}, pixel {pixel}");
+        }
+    }
+}
+
+/// A whole file: of these levels, or of level 0 alone.
+fn write<K: Golden, T: Transmittance>(block: Block, levels: &[Level]) -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("golden.dsm");
+    let info = MapInfo { tolerance: Tolerance::new(K::TOLERANCE).unwrap(), ..MapInfo::default() };
+    let mut metadata = Metadata::new(SIZE[0], SIZE[1], T::CHANNELS as u8, info);
+    metadata.software = "golden 1.0".to_owned();
+    let options = WriteOptions::default().with_tile_size(8).with_block(block);
+    let mut writer = KindWriter::<K>::create(&path, metadata, &K::keys(), options).unwrap();
+    for level in levels {
+        writer.add_level(*level).unwrap();
+    }
+    for (index, level) in (0..).zip(writer.levels().to_vec()) {
+        let [columns, rows] = level.tiles();
+        for (x, y) in (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y))) {
+            let tile = K::tile::<T>(index, level.tile_rect(x, y).unwrap());
+            writer.write_tile(TileId::new(index, x, y), &tile, AchievedError::NONE).unwrap();
+        }
+    }
+    writer.finish().unwrap();
+    std::fs::read(path).unwrap()
+}
+
+fn check<K: Golden, T: Transmittance>(name: &str, block: Block, levels: &[Level]) {
+    let name = format!("golden/{name}.dsm");
+    let bytes = golden::file(&name, || write::<K, T>(block, levels));
+    let reader = KindReader::<K>::from_bytes(bytes, &Limits::default()).unwrap();
+    assert!(reader.verify().is_empty(), "{name}: {:?}", reader.verify());
+    assert_eq!(reader.container().version(), [1, 0], "{name}");
+    assert_eq!(reader.keys(), &K::keys(), "{name}");
+    let metadata = reader.metadata();
+    assert_eq!([metadata.width, metadata.height], SIZE, "{name}");
+    assert_eq!(metadata.software, "golden 1.0", "{name}");
+    assert_eq!(metadata.info.tolerance.epsilon(), K::TOLERANCE, "{name}");
+    assert_eq!(reader.levels().len(), 1 + levels.len(), "{name}");
+    let mut packed = 0;
+    for (index, level) in (0..).zip(reader.levels()) {
+        for (id, entry) in reader.directory(index).unwrap().iter() {
+            let expected = K::tile::<T>(index, level.tile_rect(id.x, id.y).unwrap());
+            K::assert_same(&reader.decode_tile::<T>(id).unwrap(), &expected, &name);
+            packed += usize::from(entry.block == 1);
+        }
+    }
+    assert_eq!(packed > 0, block == Block::Zstd, "{name}: {packed} packed tiles");
+}
+
+fn every_file<K: Golden>() {
+    for (block, of) in BLOCKS {
+        check::<K, f32>(&format!("{}_{of}_mono", K::NAME), block, &[]);
+        check::<K, Rgb>(&format!("{}_{of}_rgb", K::NAME), block, &[]);
+    }
+    let level = |view, number, size: [u32; 2]| Level {
+        view,
+        number,
+        ..Level::new(size[0], size[1], 8, K::TOLERANCE)
+    };
+    let levels = [level(0, 1, [6, 5]), level(1, 0, [4, 10])];
+    check::<K, f32>(&format!("{}_levels", K::NAME), Block::Plain, &levels);
+}
+
+#[test]
+fn multilayer_maps_of_version_1() {
+    every_file::<Mtsm>();
+}
+
+#[test]
+fn multilayer_depth_maps_of_version_1() {
+    every_file::<Layers>();
+}
+
+#[test]
+fn maps_of_fragments_of_version_1() {
+    every_file::<Fragments>();
+}
