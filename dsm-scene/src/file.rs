@@ -230,6 +230,9 @@ fn within(error: Error, table: &str) -> Error {
         Error::Malformed { place, reason } => {
             Error::Malformed { place: Place::Named(format!("{table}, {place}")), reason }
         }
+        Error::Core(dsm_core::Error::Setting { setting, reason }) => {
+            Error::malformed(Place::Named(format!("{table}, {setting}")), reason)
+        }
         error => error,
     }
 }
