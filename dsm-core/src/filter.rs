@@ -1,6 +1,6 @@
-//! Filters: how the samples around a pixel's centre are weighted, and how
-//! pixels around a shadow lookup are (Lokovic & Veach 2000, §3.1 and §3.4).
-//! None has negative lobes, so that visibility stays monotone.
+//! Reconstruction filters: the weights of samples around a pixel's centre, and of
+//! pixels around a lookup (Lokovic & Veach 2000, §3.1 and §3.4). None has negative
+//! lobes, so that visibility stays monotone.
 
 use serde::{Deserialize, Serialize};
 
@@ -137,14 +137,14 @@ impl Filter {
         (0.5 * f64::from(self.width) - 0.5).ceil()
     }
 
-    /// Whether the filter covers its pixel evenly and nothing beyond.
+    /// True if the filter covers its pixel evenly and nothing beyond.
     #[must_use]
     pub fn is_pixel(self) -> bool {
         self.shape == FilterShape::Box && self.width == 1.0
     }
 
-    /// How many evenly weighted pixels would leave as much noise as the filter
-    /// does: 1/Σ w² for one sample a pixel. 1 for a box of one pixel.
+    /// The number of evenly weighted pixels that would leave as much noise as the
+    /// filter does: 1/Σ w² for one sample a pixel. 1 for a box of one pixel.
     #[must_use]
     pub fn effective_pixels(self) -> f64 {
         // (∫f)² / ∫f² over [−1, 1]: of pixels half as wide as the filter.

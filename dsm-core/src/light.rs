@@ -43,7 +43,7 @@ pub struct LightExtent {
     pub size: [f32; 2],
 }
 
-/// A light in the world: a centre and two half axes.
+/// An area light in the world: a centre and two half axes.
 ///
 /// The shadow factor of a receiver is the mean transmittance to points spread
 /// evenly over the light, without the cosine at the receiver.
@@ -104,7 +104,7 @@ impl AreaLight {
         self.centre
     }
 
-    /// From the centre to the right edge and to the upper one.
+    /// The vectors from the centre to the right edge and to the upper one.
     #[must_use]
     pub const fn half_axes(&self) -> [DVec3; 2] {
         [self.right, self.up]

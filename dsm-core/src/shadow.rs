@@ -1,20 +1,20 @@
-//! What every method of computing shadows answers.
+//! The interface of shadow methods: visibility at shaded points.
 
 use glam::DVec3;
 
 use crate::light::AreaLight;
 use crate::transmittance::Transmittance;
 
-/// Traces single rays: a scene, or a map that stands for one.
+/// A method that traces single shadow rays: through a scene, or a map that stands
+/// for one.
 pub trait OcclusionTracer: Sync {
-    /// The fraction of light that is left, for one channel or three.
+    /// The transmittance of a ray, of one channel or three.
     type Value: Transmittance;
-    /// What can go wrong on the way; `Infallible` in memory.
+    /// The error of a query; `Infallible` in memory.
     type Error;
 
-    /// The fraction of light that gets from `light` to `receiver`, two points
-    /// of the world, at `time`: 0 is where the shutter opens, 1 where it
-    /// closes.
+    /// The transmittance between `receiver` and `light`, two points of the world,
+    /// at `time`: 0 is where the shutter opens, 1 where it closes.
     ///
     /// # Errors
     ///
@@ -27,8 +27,8 @@ pub trait OcclusionTracer: Sync {
     ) -> Result<Self::Value, Self::Error>;
 }
 
-/// What a point lies on, which tells how its depth changes nearby, as the light
-/// sees it.
+/// The orientation of what a point lies on, which tells how its depth changes
+/// nearby, as the light sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Facing {
@@ -41,27 +41,27 @@ pub enum Facing {
     Strand(DVec3),
 }
 
-/// A point of the world that light falls on.
+/// A receiver of shadow in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadedPoint {
-    /// Where it is.
+    /// Position in the world.
     pub position: DVec3,
-    /// What it lies on.
+    /// Orientation of the surface or strand it lies on.
     pub facing: Facing,
-    /// Tells points apart where a method samples.
+    /// Seed that tells points apart where a method samples.
     pub seed: u64,
 }
 
-/// Computes shadows: many receivers, one light.
+/// A shadow method: the visibility of one light at many receivers.
 pub trait LightVisibility: Sync {
-    /// The fraction of light that is left, for one channel or three.
+    /// The visibility of a receiver, of one channel or three.
     type Value: Transmittance;
-    /// What can go wrong on the way; `Infallible` in memory.
+    /// The error of a query; `Infallible` in memory.
     type Error;
 
-    /// The mean fraction of `light`'s area that `receiver`, a point of the
-    /// world, sees: its shadow factor. `seed` tells receivers apart where the
-    /// method samples.
+    /// The shadow factor: the visibility at `receiver`, a point of the world,
+    /// averaged over `light`'s area. `seed` tells receivers apart where the method
+    /// samples.
     ///
     /// # Errors
     ///
@@ -73,10 +73,9 @@ pub trait LightVisibility: Sync {
         seed: u64,
     ) -> Result<Self::Value, Self::Error>;
 
-    /// Appends the shadow factor of every point of `points` to `values`, in
-    /// order. A method overrides this if it can do more for many points than
-    /// ask [`Self::visibility`] for each, or if it needs to know what they lie
-    /// on.
+    /// Appends the shadow factor of every point of `points` to `values`, in order.
+    /// A method overrides this if it can do more for many points than query
+    /// [`Self::visibility`] for each, or if it needs to know what they lie on.
     ///
     /// # Errors
     ///

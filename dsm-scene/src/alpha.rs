@@ -1,4 +1,4 @@
-//! How opaque a surface is where: a factor, a texture, a cutoff.
+//! Opacity of surfaces: a factor, a texture, a cutoff.
 
 use std::sync::Arc;
 
@@ -6,15 +6,15 @@ use glam::{Affine2, Vec2};
 
 use crate::error::{Error, Place, Result};
 
-/// What a texture is outside [0, 1].
+/// The extension of a texture outside [0, 1].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wrap {
-    /// It begins again.
+    /// Repeats it.
     #[default]
     Repeat,
-    /// It comes back mirrored.
+    /// Repeats it, mirrored every other time.
     Mirror,
-    /// Its edge goes on.
+    /// Extends its edge.
     Clamp,
 }
 
@@ -39,11 +39,11 @@ pub struct AlphaTexture {
     width: u32,
     height: u32,
     texels: Arc<[u8]>,
-    /// Beyond the left and right, and the upper and lower edge.
+    /// Extension beyond the left and right, and the upper and lower edge.
     pub wrap: [Wrap; 2],
-    /// Whether the nearest texel is taken; otherwise four are interpolated.
+    /// True for the nearest texel; otherwise four are interpolated.
     pub nearest: bool,
-    /// From the mesh's uv to the texture's.
+    /// The transform from the mesh's uv to the texture's.
     pub uv_transform: Affine2,
 }
 
@@ -89,10 +89,10 @@ impl AlphaTexture {
     }
 }
 
-/// What an alpha does.
+/// The use of an alpha value.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum AlphaMode {
-    /// Nothing: the surface blocks all light.
+    /// Ignored: the surface blocks all light.
     #[default]
     Opaque,
     /// The surface blocks all light where alpha reaches this, and none
@@ -102,14 +102,14 @@ pub enum AlphaMode {
     Blend,
 }
 
-/// How opaque a material is.
+/// The opacity of a material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Alpha {
-    /// What the alpha does.
+    /// The use of the alpha value.
     pub mode: AlphaMode,
-    /// Multiplies the texture, in [0, 1].
+    /// Factor of the texture, in [0, 1].
     pub factor: f32,
-    /// The alpha over the surface; 1 without.
+    /// Alpha over the surface; 1 without.
     pub texture: Option<AlphaTexture>,
 }
 
@@ -120,7 +120,7 @@ impl Default for Alpha {
 }
 
 impl Alpha {
-    /// Whether the opacity is 1 everywhere.
+    /// True if the opacity is 1 everywhere.
     #[must_use]
     pub fn is_opaque(&self) -> bool {
         match self.mode {

@@ -224,11 +224,14 @@ fn parse_scene(text: &str, folder: &Path) -> Result<Scene> {
     Ok(scene)
 }
 
-/// The same error, with the table that it is in.
+/// The error with the table that it is in.
 fn within(error: Error, table: &str) -> Error {
     match error {
         Error::Malformed { place, reason } => {
             Error::Malformed { place: Place::Named(format!("{table}, {place}")), reason }
+        }
+        Error::Core(dsm_core::Error::Setting { setting, reason }) => {
+            Error::malformed(Place::Named(format!("{table}, {setting}")), reason)
         }
         error => error,
     }

@@ -1,4 +1,4 @@
-//! Where an object stands while the shutter is open.
+//! Transforms of objects while the shutter is open.
 
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -53,8 +53,8 @@ impl Transform {
         DAffine3::from_mat3_translation(rotation * self.scale, self.translate)
     }
 
-    /// Between this transform (0) and `other` (1): every number goes linearly,
-    /// so that angles turn evenly and points of a spinning object stay on
+    /// The transform between this one (0) and `other` (1): every number goes
+    /// linearly, so that angles turn evenly and points of a spinning object stay on
     /// their circles.
     #[must_use]
     pub fn lerp(&self, other: &Self, time: f64) -> Self {
@@ -69,9 +69,9 @@ impl Transform {
 /// A transform where the shutter opens, and one where it closes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Motion {
-    /// Where the object stands when the shutter opens: time 0.
+    /// The transform when the shutter opens: time 0.
     pub open: Transform,
-    /// Where the object stands when the shutter closes: time 1.
+    /// The transform when the shutter closes: time 1.
     pub close: Transform,
 }
 
@@ -82,7 +82,7 @@ impl Motion {
         Self { open: transform, close: transform }
     }
 
-    /// Whether the object moves at all.
+    /// True if the object moves at all.
     #[must_use]
     pub fn is_moving(&self) -> bool {
         self.open != self.close

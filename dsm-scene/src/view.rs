@@ -1,13 +1,13 @@
-//! Cameras: the one that renders and the one that sits at the light.
+//! Cameras and lights of a scene.
 
 use dsm_core::{AreaLight, Projection, View, ViewRaster};
 
 use crate::error::{Error, Place, Result};
 
-/// The camera that renders.
+/// The camera of a rendered picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// From where.
+    /// The position and direction of the camera.
     pub view: View,
     /// The full vertical angle of view in degrees, in (0, 180).
     pub fov: f64,
@@ -61,9 +61,9 @@ pub struct Light {
 }
 
 impl Light {
-    /// The same light of another full width and height, in scene units: of
-    /// disks and spheres the diameter. Nothing of any size is a point, and a
-    /// point of some size a rectangle.
+    /// Sets the full width and height, in scene units: of disks and spheres the
+    /// diameter. Of size 0 any light is a point, and a point of another size
+    /// becomes a rectangle.
     ///
     /// # Errors
     ///
@@ -77,7 +77,7 @@ impl Light {
                 LightOutline::Rectangle { size }
             }
             _ if width != height => {
-                let reason = "a disk or a sphere is as high as wide";
+                let reason = "a disk or a sphere must be as high as wide";
                 return Err(Error::malformed(Place::Named("light size".into()), reason));
             }
             LightOutline::Disk { .. } => LightOutline::Disk { radius: width / 2.0 },

@@ -13,13 +13,12 @@ const BRICK: i32 = 1 << BRICK_LOG2;
 const BRICK_VOXELS: usize = 1 << (3 * BRICK_LOG2);
 
 /// How many bricks the box around all of them may hold: 64 MiB of table.
-const MOST_BRICKS: u64 = 1 << 24;
+const MAX_BRICKS: u64 = 1 << 24;
 /// How far from the origin a voxel may lie.
-const FARTHEST_VOXEL: i32 = 1 << 28;
+const MAX_COORDINATE: i32 = 1 << 28;
 
-/// Density between voxels, which stand at whole numbers of index space:
-/// trilinear, 0 outside. Only bricks of 8³ voxels that hold something take
-/// memory.
+/// A density on a grid of voxels, which stand at whole numbers of index space:
+/// trilinear, 0 outside. Only bricks of 8³ voxels that hold something take memory.
 #[derive(Clone, Debug)]
 pub struct Volume {
     /// Index (0, 0, 0) in object space.
@@ -32,7 +31,7 @@ pub struct Volume {
     /// Every brick's place among `values`; 0 is the empty brick.
     table: Vec<u32>,
     values: Vec<f32>,
-    /// Whether any of a brick's cells can hold density; a cell reaches from a
+    /// True for bricks with a cell that can hold density; a cell reaches from a
     /// voxel to the next ones, so that cells begin one brick earlier.
     occupied: Vec<bool>,
     /// The lowest and the highest voxel that was set.
@@ -41,7 +40,7 @@ pub struct Volume {
     voxel_count: u64,
 }
 
-/// Collects the voxels of a [`Volume`].
+/// A builder of a [`Volume`], voxel by voxel.
 #[derive(Debug)]
 pub struct VolumeBuilder {
     bricks: HashMap<IVec3, u32>,
@@ -129,7 +128,7 @@ impl VolumeBuilder {
         if !value.is_finite() {
             return Err(Error::malformed(place(), format!("density must be finite, not {value}")));
         }
-        let far = IVec3::splat(FARTHEST_VOXEL);
+        let far = IVec3::splat(MAX_COORDINATE);
         if first.cmplt(-far).any() || last.cmpgt(far).any() {
             return Err(Error::malformed(place(), "voxels may lie within ±2^28 only"));
         }
@@ -206,7 +205,7 @@ impl Volume {
         mut density: impl FnMut(IVec3) -> f32,
     ) -> Result<Self> {
         let mut builder = VolumeBuilder::default();
-        let size = size.min(UVec3::splat(FARTHEST_VOXEL as u32)).as_ivec3();
+        let size = size.min(UVec3::splat(MAX_COORDINATE as u32)).as_ivec3();
         for z in 0..size.z {
             for y in 0..size.y {
                 for x in 0..size.x {
@@ -222,7 +221,7 @@ impl Volume {
         builder.build(voxel_size, translation)
     }
 
-    /// How many voxels were set.
+    /// Number of voxels that were set.
     #[must_use]
     pub fn voxel_count(&self) -> u64 {
         self.voxel_count
@@ -364,9 +363,9 @@ fn flat(at: UVec3, size: UVec3) -> usize {
 }
 
 fn check_bricks(count: u64) -> Result<()> {
-    if count > MOST_BRICKS {
+    if count > MAX_BRICKS {
         let what = "bricks of 8 × 8 × 8 voxels in the box around a volume";
-        return Err(Error::TooLarge { what, count, limit: MOST_BRICKS });
+        return Err(Error::TooLarge { what, count, limit: MAX_BRICKS });
     }
     Ok(())
 }
@@ -421,7 +420,7 @@ mod tests {
     fn volumes_no_memory_could_hold_are_refused() {
         let mut builder = VolumeBuilder::default();
         builder.set(IVec3::ZERO, 1.0).unwrap();
-        builder.set(IVec3::splat(FARTHEST_VOXEL), 1.0).unwrap();
+        builder.set(IVec3::splat(MAX_COORDINATE), 1.0).unwrap();
         assert!(matches!(builder.build(DVec3::ONE, DVec3::ZERO), Err(Error::TooLarge { .. })));
         let mut builder = VolumeBuilder::default();
         assert!(builder.set(IVec3::splat(i32::MIN), 1.0).is_err());

@@ -10,12 +10,12 @@ use crate::transmittance::Transmittance;
 /// order in which they came. O(hits + pixels).
 #[derive(Clone, Debug)]
 pub(super) struct PixelHits<T: Transmittance> {
-    /// Where each pixel's surfaces start, and the end.
+    /// First surface of each pixel, and the end.
     starts: Vec<u32>,
     /// Depth bits above the sample.
     keys: Vec<u64>,
     opacities: Vec<T>,
-    /// By sample.
+    /// Segments of media, by sample.
     segments: Vec<(u32, VolumeSegment<T>)>,
     samples_per_pixel: u32,
 }

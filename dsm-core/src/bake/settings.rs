@@ -1,4 +1,4 @@
-//! What a bake is asked for.
+//! Settings of a bake.
 
 use crate::camera::shadow_camera::ShadowCamera;
 use crate::compress::quantization::Quantization;
@@ -8,7 +8,7 @@ use crate::hits::sampling::PixelSampling;
 use crate::hits::tile_samples::MapCamera;
 use crate::tolerance::Tolerance;
 
-/// How a map is sampled, filtered and compressed.
+/// Resolution, sampling, filter and compression of a map to bake.
 ///
 /// ```
 /// use dsm_core::{BakeSettings, Filter, FilterShape};
@@ -33,11 +33,11 @@ pub struct BakeSettings {
     pub sampling: PixelSampling,
     /// The pixel filter. Samples beyond the map's edge are asked for too.
     pub filter: Filter,
-    /// The bound that every pixel keeps; none: see [`Self::tolerance`].
+    /// The error bound of every pixel; none: see [`Self::tolerance`].
     pub tolerance: Option<Tolerance>,
     /// The grids that vertices are rounded to; none: depths stay as the source
     /// gave them. Asks for a tolerance of at least
-    /// [`Quantization::LEAST_TOLERANCE`].
+    /// [`Quantization::MIN_TOLERANCE`].
     pub quantization: Option<Quantization>,
     /// The camera whose NDC \[0, 1\]² covers the map. It tells how long rays
     /// are; without one they are as long as their depth.
@@ -51,7 +51,7 @@ impl BakeSettings {
     /// The largest width and height of a tile.
     pub const MAX_TILE_SIZE: u32 = 4096;
 
-    /// The most samples under the filter of one pixel.
+    /// The largest number of samples under the filter of one pixel.
     pub const MAX_SAMPLES_UNDER_FILTER: u64 = 1 << 20;
 
     /// A whole map of `size` pixels in tiles of 64: 16 samples a pixel with
@@ -94,28 +94,28 @@ impl BakeSettings {
     pub(super) fn check(&self) -> Result<Option<MapCamera>> {
         let refuse = |setting, reason| Err(Error::Setting { setting, reason });
         if !self.size.iter().all(|size| (1..=Self::MAX_SIZE).contains(size)) {
-            return refuse("size", "a map has 1 to 2²⁴ pixels a side");
+            return refuse("size", "must be 1 to 2²⁴ pixels per side");
         }
         if !(1..=Self::MAX_TILE_SIZE).contains(&self.tile_size) {
-            return refuse("tile size", "a tile has 1 to 4096 pixels a side");
+            return refuse("tile size", "must be 1 to 4096 pixels per side");
         }
         let side = 2 * u64::from(self.border().min(Self::MAX_TILE_SIZE)) + 1;
         let samples = side * side * u64::from(self.sampling.samples_per_pixel());
         if samples > Self::MAX_SAMPLES_UNDER_FILTER {
-            return refuse("filter", "it may reach 2²⁰ samples");
+            return refuse("filter", "must cover at most 2²⁰ samples");
         }
-        let least = Quantization::LEAST_TOLERANCE;
-        if self.quantization.is_some() && self.tolerance().epsilon() < least {
-            return refuse("quantization", "it needs a tolerance of 2⁻¹⁶ or more");
+        let min = Quantization::MIN_TOLERANCE;
+        if self.quantization.is_some() && self.tolerance().epsilon() < min {
+            return refuse("quantization", "needs a tolerance of at least 2⁻¹⁶");
         }
         let [left, top, right, bottom] = self.window();
         for (start, end, size) in [(left, right, self.size[0]), (top, bottom, self.size[1])] {
             if start >= end || end > size {
-                return refuse("crop", "it must hold pixels of the map, and no others");
+                return refuse("crop", "must be a non-empty part of the map");
             }
             let on_border = |edge: u32| edge.is_multiple_of(self.tile_size) || edge == size;
             if !(on_border(start) && on_border(end)) {
-                return refuse("crop", "its edges must be borders of tiles");
+                return refuse("crop", "edges must lie on tile borders");
             }
         }
         self.camera.as_ref().map(|camera| MapCamera::new(camera, self.size)).transpose()

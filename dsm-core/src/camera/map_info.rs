@@ -1,4 +1,4 @@
-//! What a map says of itself.
+//! Metadata of a map.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,12 +8,12 @@ use crate::filter::Filter;
 use crate::light::LightExtent;
 use crate::tolerance::Tolerance;
 
-/// What a map says of itself, besides its pixels.
+/// The metadata of a map: all that a query needs besides its pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MapInfo {
-    /// Where the map looks from, if known.
+    /// The shadow camera, if known.
     pub camera: Option<ShadowCamera>,
-    /// What its depths measure.
+    /// The measure of its depths.
     pub depth_kind: DepthKind,
     /// The bound that every pixel keeps.
     pub tolerance: Tolerance,

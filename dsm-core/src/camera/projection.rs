@@ -1,4 +1,4 @@
-//! Where the points of a scene lie in a map, and how fast that changes.
+//! Raster positions of world points in a map, and their derivatives.
 
 use glam::{DMat2, DMat4, DVec2, DVec3};
 
@@ -7,8 +7,8 @@ use super::pixel_window::PixelWindow;
 use super::shadow_camera::ShadowCamera;
 use crate::error::{Error, Result};
 
-/// Takes points of the world to a map's raster: pixel (i, j) covers
-/// [i, i+1) × [j, j+1), and z is the depth.
+/// The projection of world points to a map's raster: pixel (i, j) covers [i, i+1) ×
+/// [j, j+1), and z is the depth.
 ///
 /// ```
 /// use dsm_core::{MapInfo, ShadowCamera};
@@ -41,7 +41,7 @@ pub struct MapProjection {
 }
 
 impl MapProjection {
-    /// The way into a map of `size` pixels. A window that the map doesn't
+    /// The projection into a map of `size` pixels. A window that the map doesn't
     /// know is the map itself.
     ///
     /// # Errors

@@ -1,11 +1,11 @@
-//! Where a map looks from, and what its depths mean.
+//! Shadow cameras, and the measure of their depths.
 
 use glam::{DMat4, DVec3, DVec4};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 
-/// What a depth measures.
+/// The measure of a depth.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
@@ -108,12 +108,12 @@ impl ShadowCamera {
     }
 }
 
-/// Where a camera's rays go: what [`ShadowCamera::distance_per_depth`] needs of
-/// its matrices, for many rays.
+/// The directions of a camera's rays: the matrices of
+/// [`ShadowCamera::distance_per_depth`], prepared for many rays.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RayDirections {
-    /// Of the projection from camera space: its rows for x, y and w, without
-    /// the last column.
+    /// The x, y and w rows of the projection from camera space, without the last
+    /// column.
     rows: [DVec3; 3],
 }
 

@@ -7,7 +7,8 @@ use crate::transmittance::Transmittance;
 use crate::visibility::function::{VisibilityFunction, VisibilityView};
 use crate::visibility::vertex::{SumVertex, Vertex};
 
-/// What a compressor is told of V(∞), the value that a function ends with.
+/// The end condition of a compressor: its constraint on V(∞), the final value of a
+/// function.
 ///
 /// A one-pass monotone compressor ends exactly only if it never goes below
 /// the end. So it has to know it, or must not go below V at all.

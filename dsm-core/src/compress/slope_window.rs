@@ -1,4 +1,4 @@
-//! The slopes that a segment may still have.
+//! The window of slopes that a segment may have.
 
 use crate::transmittance::Transmittance;
 use crate::visibility::vertex::{SumVertex, Vertex};
@@ -36,12 +36,12 @@ pub(super) struct SlopeWindow<T: Transmittance> {
     highest: T::Sum,
 }
 
-/// How far around a vertex its target window reaches.
+/// The target window around a vertex.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Target<T: Transmittance> {
-    /// How far below the vertex.
+    /// Its extent below the vertex.
     pub(super) down: f64,
-    /// How far above the vertex.
+    /// Its extent above the vertex.
     pub(super) up: f64,
     /// The value that no window reaches below.
     pub(super) floor: T::Sum,

@@ -1,4 +1,4 @@
-//! The tube around V in which V′ is drawn, and how it is drawn.
+//! The tube around V that V′ is drawn in.
 
 use super::slope_window::{SlopeWindow, Target, larger, smaller};
 use crate::transmittance::Transmittance;
@@ -22,8 +22,8 @@ const HALF_UNIT: f64 = 1.0 / (1 << 25) as f64;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tube<T: Transmittance> {
     target: Target<T>,
-    /// How far below the next vertex a segment may end: less than
-    /// `target.down`, so that rounding doesn't leave the tube.
+    /// The largest distance below the next vertex at which a segment may end: less
+    /// than `target.down`, so that rounding doesn't leave the tube.
     end_down: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Sorts what happens along z.
+//! Sorts of events by depth.
 
 /// Up to as many keys are sorted by counting, for each, those before it.
 const RANK_UP_TO: usize = 24;

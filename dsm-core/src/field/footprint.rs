@@ -1,8 +1,8 @@
-//! Which pixels a lookup averages, and how it weights them.
+//! Footprints of lookups: the pixels that are averaged, and their weights.
 
 use crate::filter::{Filter, FilterShape};
 
-/// The pixels that a lookup averages, and how it weights them.
+/// The pixels that a lookup averages, with their weights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Footprint {
     /// The pixel that contains the point, alone.
@@ -13,7 +13,7 @@ pub enum Footprint {
     /// and b, in pixels. The weight is the shape's at √(u² + v²). An ellipse
     /// thinner than the shape's minimum width is widened to it.
     Elliptical {
-        /// How the weight falls off from the centre to the rim.
+        /// The profile of the weight from the centre to the rim.
         shape: FilterShape,
         /// The two half-axes, in pixels.
         axes: [[f32; 2]; 2],
@@ -84,7 +84,7 @@ pub(super) struct Ellipse {
     inverse: [[f64; 2]; 2],
     /// Half extents of the bounding box.
     reach: [f64; 2],
-    /// How far the middle of a row's chord moves in x a pixel in y.
+    /// The shift in x of the middle of a row's chord per pixel in y.
     slant: f64,
     /// Half the longest chord of a row.
     widest: f64,

@@ -193,14 +193,14 @@ impl<'a, T: Transmittance> PixelListsView<'a, T> {
         }
     }
 
-    /// Where each pixel's vertices start, and the end: one entry more than
-    /// there are pixels.
+    /// First vertex of each pixel, and the end: one entry more than there are
+    /// pixels.
     #[must_use]
     pub const fn starts(self) -> &'a [u32] {
         self.starts
     }
 
-    /// Where each pixel's values start, and the end; empty for mono maps.
+    /// First value of each pixel, and the end; empty for mono maps.
     #[must_use]
     pub const fn value_starts(self) -> &'a [u32] {
         self.value_starts
@@ -367,7 +367,10 @@ impl<T: Transmittance> PixelListsBuilder<T> {
         if finished == pixels {
             Ok(self.lists)
         } else {
-            Err(Error::Pixel { pixel: finished, reason: "not every pixel was finished once" })
+            Err(Error::Pixel {
+                pixel: finished,
+                reason: "every pixel must be finished exactly once",
+            })
         }
     }
 }

@@ -11,7 +11,7 @@ use super::weights::Extent;
 use crate::error::{Error, Result};
 use crate::transmittance::Transmittance;
 
-/// Which level of a [`Pyramid`] a lookup reads.
+/// The choice of the level of a [`Pyramid`] that a lookup reads.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LevelChoice {
     /// This level; between two levels, both are read and their values
@@ -69,7 +69,7 @@ impl LevelChoice {
 #[derive(Clone, Debug)]
 pub struct Pyramid<F> {
     levels: Vec<F>,
-    /// Of each level.
+    /// The place of each level.
     places: Vec<Place>,
 }
 
@@ -78,7 +78,7 @@ pub struct Pyramid<F> {
 struct Place {
     /// The side of a pixel of level 0, in its own.
     scale: f32,
-    /// What of it lies in the map.
+    /// The part of it within the map.
     extent: Extent,
 }
 
@@ -99,7 +99,7 @@ impl<F: VisibilityField> Pyramid<F> {
         };
         match sizes.windows(2).position(|pair| !halved(pair)) {
             Some(before) => {
-                let reason = "its sides are not half those of the level before, rounded up";
+                let reason = "its size must be half that of the previous level, rounded up";
                 Err(Error::Level { level: before + 1, reason })
             }
             None => {
@@ -120,8 +120,8 @@ impl<F: VisibilityField> Pyramid<F> {
         &self.levels
     }
 
-    /// The light that reaches `receiver`, averaged over `footprint` in the
-    /// levels that `choice` names.
+    /// The visibility of `receiver`, averaged over `footprint` in the levels of
+    /// `choice`.
     ///
     /// In level 0 it is what [`filtered_lookup`](crate::filtered_lookup)
     /// answers. A receiver outside the map, at a depth ≤ 0 or with a NaN is

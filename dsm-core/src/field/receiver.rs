@@ -1,18 +1,18 @@
-//! Where shadow is asked for.
+//! Receivers of shadow in raster space.
 
 use super::weights::Extent;
 
-/// Where to ask for shadow.
+/// A receiver: a raster position and a depth at which visibility is queried.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Receiver {
     /// Raster position: pixel (i, j) covers [i, i+1) × [j, j+1).
     pub position: [f32; 2],
     /// Depth, in scene units.
     pub depth: f32,
-    /// Taken off the depth, in scene units (§4 on bias).
+    /// The depth bias, in scene units: subtracted from the depth (§4 on bias).
     pub bias: f32,
-    /// How the receiver's depth changes per pixel in x and y: each pixel is
-    /// asked at the depth of the receiver's plane there. Zero asks all pixels
+    /// The gradient of the receiver's depth per pixel in x and y: each pixel is
+    /// queried at the depth of the receiver's plane there. Zero queries all pixels
     /// at one depth.
     pub depth_gradient: [f32; 2],
 }

@@ -1,16 +1,16 @@
-//! What a lookup asks: anything that has a visibility function in every pixel.
+//! The interface of lookups: a visibility function in every pixel.
 
 use std::ops::Range;
 
 use super::pixel_lists::PixelListsView;
 use crate::transmittance::Transmittance;
 
-/// Something that has a visibility function in every pixel: a map in memory,
-/// the tiles of a file, a layered map's first run.
+/// A field of visibility functions, one a pixel: a map in memory, the tiles of a
+/// file, a layered map's first run.
 pub trait VisibilityField {
     /// Mono or coloured.
     type Value: Transmittance;
-    /// Why a pixel can't be had; [`std::convert::Infallible`] in memory.
+    /// The error of reading a pixel; [`std::convert::Infallible`] in memory.
     type Error;
 
     /// Width and height in pixels.
@@ -68,7 +68,7 @@ impl<F: VisibilityField> VisibilityField for &F {
     }
 }
 
-/// Says which pixels of a block are asked at which depths, and gets their
+/// A query of a block of pixels: gives the depth for each pixel, and receives the
 /// values.
 pub trait BlockVisitor<T> {
     /// The columns and rows that hold the whole block, all inside the field.

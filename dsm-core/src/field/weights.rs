@@ -1,4 +1,4 @@
-//! How the pixels around a receiver are weighted.
+//! Weights of the pixels around a receiver.
 
 use fearless_simd::{Simd, SimdBase, f64x8};
 

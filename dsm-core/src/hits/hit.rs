@@ -1,9 +1,9 @@
-//! What one ray of a shadow camera meets (Lokovic & Veach 2000, §3.2).
+//! Hits of one ray of a shadow camera (Lokovic & Veach 2000, §3.2).
 
 use crate::error::{Error, Result};
 use crate::transmittance::Transmittance;
 
-/// A surface in the ray's way.
+/// A hit of a surface on a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceHit<T> {
     /// Depth along the view axis, in scene units, finite and ≥ 0.
@@ -36,7 +36,7 @@ pub struct VolumeSegment<T: Transmittance> {
     pub far_extinction: T::Sum,
 }
 
-/// Everything one ray meets, in any order.
+/// The hits of one ray, in any order.
 ///
 /// ```
 /// use dsm_core::{RayHits, SurfaceHit, VolumeSample};
@@ -123,10 +123,9 @@ impl<T: Transmittance> RayHits<T> {
         self.segments.push(segment);
     }
 
-    /// Forgets what lies at depths up to `depth`: surfaces there and before it,
-    /// and the part of every medium before it. What is left is what a ray meets
-    /// that starts just behind `depth`, as the next run of a multilayer map
-    /// does (Xie, Tabellion & Pearce 2007, §5.1). NaN: forgets nothing. O(n).
+    /// Removes the hits at depths up to `depth`: surfaces there and before it, and
+    /// the part of every medium before it. The rest is what a ray hits that starts
+    /// just behind `depth`, as the next run of a multilayer map does.
     ///
     /// ```
     /// use dsm_core::{RayHits, SurfaceHit};
@@ -164,13 +163,13 @@ impl<T: Transmittance> RayHits<T> {
         &self.surfaces
     }
 
-    /// The stretches of media, in the order they were added.
+    /// The segments of media, in the order they were added.
     #[must_use]
     pub fn segments(&self) -> &[VolumeSegment<T>] {
         &self.segments
     }
 
-    /// Whether nothing is in the way.
+    /// True if the ray hits nothing.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.surfaces.is_empty() && self.segments.is_empty()
@@ -196,7 +195,7 @@ impl<T: Transmittance> VolumeSegment<T> {
 }
 
 impl<T: Transmittance> SurfaceHit<T> {
-    /// The fraction of light that gets past the surface.
+    /// The transmittance of the surface: 1 − opacity.
     #[must_use]
     pub fn transmittance(&self) -> T {
         T::from_channels(|channel| 1.0 - self.opacity.channel(channel))

@@ -17,9 +17,9 @@ pub struct SamplePoint {
     pub y: f64,
     /// Time in [0, 1]: 0 where the shutter opens, 1 where it closes.
     pub time: f32,
-    /// Distance along this ray per unit of depth, ≥ 1: what
+    /// Distance along this ray per unit of depth, ≥ 1: an argument of
     /// [`crate::RayHits::push_volume`] and [`crate::TileHits::push_volume`]
-    /// have to be told (Lokovic & Veach 2000, footnote 3). 1 without a camera.
+    /// (Lokovic & Veach 2000, footnote 3). 1 without a camera.
     pub distance_per_depth: f64,
 }
 
@@ -158,7 +158,7 @@ impl TileSamples {
         self.x.len() as u32
     }
 
-    /// Whether there is no sample.
+    /// True if there is no sample.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.x.is_empty()

@@ -1,4 +1,4 @@
-//! How far apart two visibility functions are.
+//! The difference of two visibility functions.
 
 use super::polyline::Polyline;
 use super::walk::{Walk, zip};

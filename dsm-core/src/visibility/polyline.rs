@@ -1,4 +1,4 @@
-//! What a visibility function is while it is walked along: its vertices.
+//! The vertices of a visibility function, for algorithms that walk along it.
 
 use super::function::{VisibilityFunction, VisibilityView};
 use super::vertex::Vertex;

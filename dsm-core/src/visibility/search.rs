@@ -1,4 +1,4 @@
-//! Search in the depths of one pixel, where lookups spend their time.
+//! Search in the depths of one pixel, the inner loop of lookups.
 //!
 //! A binary search ends where nobody can foresee, and each of its loads waits
 //! for the one before. So all vertices of a usual pixel are compared at once

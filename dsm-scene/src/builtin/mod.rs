@@ -1,4 +1,4 @@
-//! Scenes that are made here: the same on every platform and in every run.
+//! Built-in scenes, reproducible on every platform.
 //!
 //! Numbers come from a seeded generator, angles from `libm`, and everything
 //! else from operations that IEEE 754 rounds in one way only.

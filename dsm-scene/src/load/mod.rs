@@ -22,7 +22,7 @@ use crate::scene::Shape;
 use crate::volume::Volume;
 
 /// Vertices and triangles of a mesh, together with its copies.
-pub(crate) const MOST_PRIMITIVES: u64 = 100_000_000;
+pub(crate) const MAX_PRIMITIVES: u64 = 100_000_000;
 
 /// Reads a mesh: Wavefront `.obj`, Stanford `.ply` (text and binary, either
 /// byte order), `.gltf` and `.glb`, by the extension.

@@ -1,11 +1,11 @@
-//! What a primitive can cover in the map.
+//! Outlines of primitives in the map.
 
 use super::cells::CellArea;
-use super::keyed::Corner;
+use super::corner::Corner;
 use super::rays::Rays;
 
 /// Beyond so many pixels from the map's corner, `f32` can't place an outline.
-const FARTHEST: f64 = 1e6;
+const MAX_DISTANCE: f64 = 1e6;
 
 /// Something that covers rows of cells.
 pub(super) trait Rows: Copy + Send + Sync {
@@ -64,7 +64,7 @@ impl<const KEYS: usize, const CORNERS: usize> Outline<KEYS, CORNERS> {
             // As much again as rounding may move it.
             (thickness * longest * stretch * (1.0 + 1e-5) + 1e-4 + 4e-7 * farthest) as f32
         });
-        if farthest < FARTHEST && f64::from(reach[0].max(reach[1])) < FARTHEST {
+        if farthest < MAX_DISTANCE && f64::from(reach[0].max(reach[1])) < MAX_DISTANCE {
             outline.reach = reach;
         }
         Some(outline)

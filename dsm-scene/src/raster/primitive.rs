@@ -1,11 +1,11 @@
-//! What every kind of primitive can do.
+//! The interface of primitives.
 
 use fearless_simd::{Simd, f32x16, mask32x16};
 
 use glam::Vec3;
 
 use super::cells::RayLanes;
-use super::keyed::Corner;
+use super::corner::Corner;
 use super::outline::Rows;
 use super::rays::Rays;
 

@@ -14,14 +14,14 @@ const SLIGHT: f64 = 1.0 / (1 << 24) as f64;
 /// is linear in the raster position.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rays {
-    /// From raster positions.
+    /// The map from raster positions.
     inverse: DMat2,
-    /// To raster positions: `linear · ray + offset`.
+    /// The map to raster positions: `linear · ray + offset`.
     linear: DMat2,
     offset: DVec2,
-    /// Where ray space has its origin, in camera space with depths.
+    /// The origin of ray space, in camera space with depths.
     origin: DVec3,
-    /// What parallel rays gain sideways per unit of depth; 0 in perspective.
+    /// The sideways gain of parallel rays per unit of depth; 0 in perspective.
     slope: DVec2,
     perspective: bool,
 }

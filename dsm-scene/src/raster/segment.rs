@@ -4,8 +4,8 @@ use fearless_simd::{Select, Simd, SimdBase, f32x16, mask32x16};
 use glam::{DVec3, Vec3};
 
 use super::cells::RayLanes;
+use super::corner::{Corner, SeenCorner, dot};
 use super::fused::fused;
-use super::keyed::{Corner, SeenCorner, dot};
 use super::outline::Outline;
 use super::primitive::Primitive;
 use super::rays::Rays;

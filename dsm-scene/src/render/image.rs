@@ -8,8 +8,8 @@ pub struct Image {
     pixels: Vec<[f32; 3]>,
 }
 
-/// By how much the pixels of one image differ from those of another: of its
-/// value less the other's, over all pixels and channels.
+/// The difference between the pixels of two images: the values of one less those of
+/// the other, over all pixels and channels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImageDifference {
     /// The mean.
@@ -45,7 +45,7 @@ impl Image {
         &self.pixels
     }
 
-    /// Whether red, green and blue are the same in every pixel.
+    /// True if red, green and blue are equal in every pixel.
     #[must_use]
     pub fn is_grey(&self) -> bool {
         self.pixels.iter().all(|&[red, green, blue]| red == green && green == blue)
@@ -68,7 +68,7 @@ impl Image {
         Self::new([width, height], rows.flat_map(|(image, y)| row(image, y)).collect())
     }
 
-    /// How far this image is from `other`; `None` if they differ in size or
+    /// The difference of this image from `other`; `None` if they differ in size or
     /// hold no pixels. A pixel that is not a number makes the numbers none.
     #[must_use]
     pub fn difference(&self, other: &Self) -> Option<ImageDifference> {

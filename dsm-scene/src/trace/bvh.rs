@@ -31,7 +31,7 @@ const MARGIN: f64 = 1.0 / (1 << 10) as f64;
 /// Levels of boxes that the usual stack has room for.
 const USUAL_DEPTH: usize = 32;
 /// Levels of boxes that are built: what follows works recursively.
-const MOST_DEPTH: usize = 2000;
+const MAX_DEPTH: usize = 2000;
 
 /// A hierarchy of boxes over an object's primitives.
 pub(crate) struct Bvh {
@@ -89,7 +89,7 @@ impl Bvh {
                 parameters.search_depth_threshold,
             );
             depth = pair_depth(&pairs);
-            if depth > MOST_DEPTH {
+            if depth > MAX_DEPTH {
                 continue;
             }
             let ratio = parameters.reinsertion_batch_ratio;
@@ -99,7 +99,7 @@ impl Bvh {
             let depth = tree_depth(&tree);
             return Ok(Some(Self { tree, depth, outer, scale }));
         }
-        let (count, limit) = (depth as u64, MOST_DEPTH as u64);
+        let (count, limit) = (depth as u64, MAX_DEPTH as u64);
         Err(Error::TooLarge { what: "levels of boxes within boxes", count, limit })
     }
 

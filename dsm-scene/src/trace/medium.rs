@@ -17,7 +17,7 @@ pub(crate) struct DensitySample {
 const STRAIGHT: f64 = 1e-7;
 
 /// Pieces that a cell is cut into at most.
-const MOST_PIECES: u32 = 8;
+const MAX_PIECES: u32 = 8;
 
 /// Calls `stretch` with the density along every stretch of the ray, given in
 /// the object's space, that may hold any: front to back, linear between
@@ -29,7 +29,7 @@ const MOST_PIECES: u32 = 8;
 /// exact, up to rounding, wherever the ray leaves a cell, unless that would
 /// take a negative density. Where the integral up to some point within the cell
 /// would be off by more than `within`, the cell is cut into up to
-/// [`MOST_PIECES`] pieces of which the same holds.
+/// [`MAX_PIECES`] pieces of which the same holds.
 pub(crate) fn march(
     volume: &Volume,
     ray: &Ray,
@@ -123,7 +123,7 @@ fn pieces([begin, end]: [f64; 2], within: f64, density: &impl Fn(f64) -> f32) ->
     // What the two trapezia are off by: at a third of each half, and in the
     // middle. In n pieces, at least n³ times less.
     let off = half * (square.abs() * (4.0 / 81.0) + cube.abs() * 0.25);
-    (off / within).cbrt().ceil().clamp(1.0, f64::from(MOST_PIECES)) as u32
+    (off / within).cbrt().ceil().clamp(1.0, f64::from(MAX_PIECES)) as u32
 }
 
 /// Adds the middle and the end of a piece that begins with the last sample.

@@ -1,4 +1,4 @@
-//! Where a ray crosses a triangle.
+//! Intersection of a ray with a triangle.
 
 use dsm_core::Ray;
 use glam::DVec3;

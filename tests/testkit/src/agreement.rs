@@ -1,7 +1,7 @@
-//! How closely answers have to agree.
+//! Tolerance between the answers of two trials.
 
-/// How closely the answers for a placed scene have to agree with those for the scene as it
-/// is: by default to 2⁻²⁰, and to that share of answers above 1, everywhere.
+/// The tolerance between the answers for a placed scene and those for the scene as
+/// it is: by default 2⁻²⁰, and that share of answers above 1, everywhere.
 ///
 /// Rounding moves the places that `f32` depths and rasters tell apart by some 2⁻²⁴ of
 /// themselves. Where answers change at once, as at an edge, that moves a few of them:
@@ -19,19 +19,19 @@ impl Default for Agreement {
 }
 
 impl Agreement {
-    /// How far an answer may be off that is no stray.
+    /// Sets the largest error of an answer that is no stray.
     #[must_use]
     pub fn with_tolerance(self, tolerance: f64) -> Self {
         Self { tolerance, ..self }
     }
 
-    /// The share of answers, in [0, 1], that may be off by anything.
+    /// Sets the share of answers, in [0, 1], that may be off by anything.
     #[must_use]
     pub fn with_strays(self, strays: f64) -> Self {
         Self { strays, ..self }
     }
 
-    /// How far an answer may be off that is no stray.
+    /// The largest error of an answer that is no stray.
     #[must_use]
     pub const fn tolerance(&self) -> f64 {
         self.tolerance

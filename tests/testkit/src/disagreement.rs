@@ -1,4 +1,4 @@
-//! What a check found.
+//! Failures of a check.
 
 use crate::trial::Trial;
 
@@ -6,9 +6,9 @@ use crate::trial::Trial;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{trial}: {reason}")]
 pub struct Disagreement {
-    /// Where.
+    /// The trial that disagrees.
     pub trial: Box<Trial>,
-    /// What is wrong.
+    /// The reason.
     pub reason: String,
 }
 

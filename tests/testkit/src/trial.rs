@@ -9,7 +9,7 @@ use crate::placement::Placement;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Trial {
-    /// Where the scene stands.
+    /// The placement of the scene.
     pub placement: Placement,
     /// The side of a tile, where there are tiles.
     pub tile_size: u32,

@@ -1,4 +1,4 @@
-//! What a glTF material says of opacity.
+//! Opacity of glTF materials.
 
 use std::path::Path;
 
@@ -56,7 +56,7 @@ impl Images<'_> {
                 decode(bytes, Channel::Alpha)
             }
             (Some(uri), None) => decode(&load_uri(uri, self.folder)?, Channel::Alpha),
-            (None, None) => Err(Error::malformed(Place::Whole, "there is no image")),
+            (None, None) => Err(Error::malformed(Place::Whole, "missing image")),
         }
         .map_err(|error| at_place(error, &place().to_string()))
     }

@@ -1,4 +1,4 @@
-//! Corners that move evenly while the shutter is open.
+//! Linear motion of corners while the shutter is open.
 
 use fearless_simd::{Simd, SimdBase, f32x16};
 use glam::{DVec2, DVec3};
