@@ -1,6 +1,14 @@
 //! Errors of arguments.
 
 /// An argument that was refused, with the reason.
+///
+/// ```
+/// use dsm_core::{Error, Tolerance};
+///
+/// let error = Tolerance::new(1.5).unwrap_err();
+/// assert_eq!(error, Error::Tolerance(1.5));
+/// assert_eq!(error.to_string(), "a tolerance must lie in [0, 1), not 1.5");
+/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {

@@ -7,6 +7,13 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 
 /// The shape of a filter, on [−1, 1].
+///
+/// ```
+/// use dsm_core::FilterShape;
+///
+/// assert_eq!(FilterShape::Tent.weight(0.25), 0.75);
+/// assert_eq!(FilterShape::Box.weight(1.5), 0.0);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum FilterShape {

@@ -6,6 +6,15 @@ use serde::{Deserialize, Serialize};
 use crate::random::{next_bits, unit};
 
 /// The outline of a light.
+///
+/// ```
+/// use dsm_core::{AreaLight, LightShape};
+/// use glam::DVec3;
+///
+/// let light = AreaLight::sphere(DVec3::Y, 0.5);
+/// assert_eq!(light.shape(), LightShape::Sphere);
+/// assert_eq!(light.shape().name(), "sphere");
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]

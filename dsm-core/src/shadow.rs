@@ -7,6 +7,30 @@ use crate::transmittance::Transmittance;
 
 /// A method that traces single shadow rays: through a scene, or a map that stands
 /// for one.
+///
+/// ```
+/// use std::convert::Infallible;
+///
+/// use dsm_core::OcclusionTracer;
+/// use glam::DVec3;
+///
+/// /// A plane at a height that lets a fraction of the light through.
+/// struct Plane(f64, f32);
+///
+/// impl OcclusionTracer for Plane {
+///     type Value = f32;
+///     type Error = Infallible;
+///
+///     fn transmittance(&self, from: DVec3, to: DVec3, _time: f64) -> Result<f32, Infallible> {
+///         let between = from.y < self.0 && to.y > self.0;
+///         Ok(if between { self.1 } else { 1.0 })
+///     }
+/// }
+///
+/// let plane = Plane(1.0, 0.25);
+/// assert_eq!(plane.transmittance(DVec3::ZERO, DVec3::Y * 2.0, 0.0), Ok(0.25));
+/// assert_eq!(plane.transmittance(DVec3::Y * 1.5, DVec3::Y * 2.0, 0.0), Ok(1.0));
+/// ```
 pub trait OcclusionTracer: Sync {
     /// The transmittance of a ray, of one channel or three.
     type Value: Transmittance;
@@ -29,6 +53,16 @@ pub trait OcclusionTracer: Sync {
 
 /// The orientation of what a point lies on, which tells how its depth changes
 /// nearby, as the light sees it.
+///
+/// ```
+/// use dsm_core::{Facing, ShadedPoint};
+/// use glam::DVec3;
+///
+/// let position = DVec3::new(0.0, 1.0, 0.0);
+/// let floor = ShadedPoint { position, facing: Facing::Surface(DVec3::Y), seed: 0 };
+/// let hair = ShadedPoint { facing: Facing::Strand(DVec3::X), ..floor };
+/// assert_ne!(floor.facing, hair.facing);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Facing {
@@ -42,6 +76,15 @@ pub enum Facing {
 }
 
 /// A receiver of shadow in the world.
+///
+/// ```
+/// use dsm_core::{Facing, ShadedPoint};
+/// use glam::DVec3;
+///
+/// // A point of smoke: it has no surface, and takes light from all sides.
+/// let point = ShadedPoint { position: DVec3::ZERO, facing: Facing::Light, seed: 7 };
+/// assert_eq!(point.facing, Facing::Light);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadedPoint {
     /// Position in the world.
@@ -53,6 +96,32 @@ pub struct ShadedPoint {
 }
 
 /// A shadow method: the visibility of one light at many receivers.
+///
+/// ```
+/// use std::convert::Infallible;
+///
+/// use dsm_core::{AreaLight, LightVisibility};
+/// use glam::DVec3;
+///
+/// /// A wall at x = 0, higher than any light.
+/// struct Wall;
+///
+/// impl LightVisibility for Wall {
+///     type Value = f32;
+///     type Error = Infallible;
+///
+///     fn visibility(&self, at: DVec3, light: &AreaLight, seed: u64) -> Result<f32, Infallible> {
+///         let samples: Vec<DVec3> = light.samples(at, 16, seed).collect();
+///         let seen = samples.iter().filter(|sample| sample.x * at.x > 0.0).count();
+///         Ok(seen as f32 / samples.len() as f32)
+///     }
+/// }
+///
+/// let light = AreaLight::rectangle(DVec3::Y * 5.0, DVec3::X, DVec3::Z);
+/// assert_eq!(Wall.visibility(DVec3::X, &light, 0), Ok(0.5));
+/// let beyond = AreaLight::point(DVec3::new(-1.0, 5.0, 0.0));
+/// assert_eq!(Wall.visibility(DVec3::X, &beyond, 0), Ok(0.0));
+/// ```
 pub trait LightVisibility: Sync {
     /// The visibility of a receiver, of one channel or three.
     type Value: Transmittance;

@@ -8,6 +8,14 @@ use std::fmt::Debug;
 
 /// A coloured transmittance: the fractions of red, green and blue light, each in
 /// [0, 1].
+///
+/// ```
+/// use dsm_core::{Rgb, Transmittance};
+///
+/// let glass = Rgb::new(1.0, 0.5, 0.25);
+/// assert_eq!(glass.channel(1), 0.5);
+/// assert!(!glass.is_mono());
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rgb {
     /// Red fraction.
@@ -34,6 +42,18 @@ mod sealed {
 
 /// A transmittance, the fraction of light that passes: `f32` for mono maps, [`Rgb`]
 /// for coloured ones. Sealed: a channel count is part of the file format.
+///
+/// ```
+/// use dsm_core::{Rgb, Transmittance};
+///
+/// fn through_two<T: Transmittance>(first: T, second: T) -> T {
+///     T::from_channels(|index| first.channel(index) * second.channel(index))
+/// }
+///
+/// assert_eq!(through_two(0.5_f32, 0.5), 0.25);
+/// let red = Rgb::new(0.5, 0.0, 0.0);
+/// assert_eq!(through_two(red, Rgb::splat(0.5)), Rgb::new(0.25, 0.0, 0.0));
+/// ```
 pub trait Transmittance: Copy + PartialEq + Debug + Send + Sync + sealed::Sealed + 'static {
     /// One `f64` a channel: the type of sums, slopes and bounds.
     type Sum: Copy + Debug + PartialEq + Send + Sync + AsRef<[f64]> + AsMut<[f64]> + 'static;

@@ -7,6 +7,18 @@ use glam::{Affine2, Vec2};
 use crate::error::{Error, Place, Result};
 
 /// The extension of a texture outside [0, 1].
+///
+/// ```
+/// use dsm_scene::{AlphaTexture, Wrap};
+/// use glam::Vec2;
+///
+/// let mut texture = AlphaTexture::new(2, 1, vec![0, 255])?;
+/// texture.nearest = true;
+/// assert_eq!(texture.sample(Vec2::new(1.25, 0.5)), 0.0);
+/// texture.wrap = [Wrap::Clamp; 2];
+/// assert_eq!(texture.sample(Vec2::new(1.25, 0.5)), 1.0);
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wrap {
     /// Repeats it.
@@ -34,6 +46,17 @@ impl Wrap {
 }
 
 /// The alpha channel of an image; u right, v down, as in glTF.
+///
+/// ```
+/// use dsm_scene::AlphaTexture;
+/// use glam::Vec2;
+///
+/// let texture = AlphaTexture::new(2, 1, vec![0, 255])?;
+/// assert_eq!(texture.sample(Vec2::new(0.25, 0.5)), 0.0);
+/// // Between the centres of the two texels.
+/// assert_eq!(texture.sample(Vec2::new(0.5, 0.5)), 0.5);
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct AlphaTexture {
     width: u32,
@@ -90,6 +113,16 @@ impl AlphaTexture {
 }
 
 /// The use of an alpha value.
+///
+/// ```
+/// use dsm_scene::{Alpha, AlphaMode};
+/// use glam::Vec2;
+///
+/// let opacity = |mode| Alpha { mode, factor: 0.25, texture: None }.opacity(Vec2::ZERO);
+/// assert_eq!(opacity(AlphaMode::Opaque), 1.0);
+/// assert_eq!(opacity(AlphaMode::Mask(0.5)), 0.0);
+/// assert_eq!(opacity(AlphaMode::Blend), 0.25);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum AlphaMode {
     /// Ignored: the surface blocks all light.
@@ -103,6 +136,17 @@ pub enum AlphaMode {
 }
 
 /// The opacity of a material.
+///
+/// ```
+/// use dsm_scene::{Alpha, AlphaMode, AlphaTexture};
+/// use glam::Vec2;
+///
+/// let texture = Some(AlphaTexture::new(1, 1, vec![255])?);
+/// let leaf = Alpha { mode: AlphaMode::Blend, factor: 0.5, texture };
+/// assert_eq!(leaf.opacity(Vec2::ZERO), 0.5);
+/// assert!(Alpha::default().is_opaque());
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Alpha {
     /// The use of the alpha value.

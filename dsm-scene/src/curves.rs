@@ -11,6 +11,18 @@ use crate::mesh::check_point;
 /// A segment is a ribbon that faces the ray. A ray meets it where it passes
 /// the segment within its radius, interpolated at the nearest point: once a
 /// segment. Segments of radius 0 are never met.
+///
+/// ```
+/// use dsm_scene::Curves;
+/// use glam::Vec3;
+///
+/// // A strand of three points that gets thinner.
+/// let points = vec![Vec3::ZERO, Vec3::Y, Vec3::Y * 2.0];
+/// let strand = Curves::new(points, vec![0.25, 0.125, 0.0], [3])?;
+/// assert_eq!((strand.strand_count(), strand.segments().len()), (1, 2));
+/// assert_eq!(strand.segment(0)[1], (Vec3::Y, 0.125));
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Curves {
     points: Vec<Vec3>,

@@ -20,6 +20,16 @@ pub(crate) fn check_point(point: Vec3, place: impl FnOnce() -> Place) -> Result<
 
 /// A triangle mesh, seen from both sides. Every crossing of a triangle blocks
 /// light.
+///
+/// ```
+/// use dsm_scene::TriangleMesh;
+/// use glam::Vec3;
+///
+/// let mesh = TriangleMesh::new(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]])?;
+/// assert_eq!(mesh.corners(0)[1], Vec3::X);
+/// assert!(TriangleMesh::new(vec![Vec3::ZERO], vec![[0, 0, 1]]).is_err());
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TriangleMesh {
     positions: Vec<Vec3>,

@@ -14,6 +14,15 @@ use crate::view::{Camera, Light, LightOutline};
 use crate::volume::Volume;
 
 /// The geometry of an object, in its own space.
+///
+/// ```
+/// use dsm_scene::{Curves, Shape};
+/// use glam::{DVec3, Vec3};
+///
+/// let strand = Curves::new(vec![Vec3::ZERO, Vec3::Y], vec![0.5; 2], [2])?;
+/// assert!(Shape::Curves(strand).bounds().max.y >= 1.0);
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub enum Shape {
     /// A mesh of surfaces.
@@ -37,6 +46,17 @@ impl Shape {
 }
 
 /// An object: a shape with its opacity and motion.
+///
+/// ```
+/// use dsm_core::Rgb;
+/// use dsm_scene::{Object, Shape, TriangleMesh};
+/// use glam::Vec3;
+///
+/// let mesh = TriangleMesh::new(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]])?;
+/// let pane = Object::new(Shape::Mesh(mesh)).with_opacity(Rgb::new(0.0, 0.5, 0.5));
+/// assert!(!pane.is_moving());
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Object {
     /// The geometry; objects may share it.
@@ -129,6 +149,18 @@ impl Object {
 }
 
 /// A scene: objects, a light with its shadow camera, a camera that renders.
+///
+/// ```
+/// use dsm_core::Rgb;
+/// use dsm_scene::{Object, Scene, Shape, TriangleMesh};
+/// use glam::Vec3;
+///
+/// let mesh = TriangleMesh::new(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]])?;
+/// let pane = Object::new(Shape::Mesh(mesh)).with_opacity(Rgb::new(0.0, 0.5, 0.5));
+/// let scene = Scene::of_objects(vec![pane]);
+/// assert!(scene.is_coloured() && !scene.has_media());
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// The objects.

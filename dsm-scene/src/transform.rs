@@ -5,6 +5,15 @@ use glam::{DAffine3, DMat3, DVec3};
 use crate::error::{Error, Place, Result};
 
 /// A similarity: p' = translate + Rz · Ry · Rx · (scale · p).
+///
+/// ```
+/// use dsm_scene::Transform;
+/// use glam::DVec3;
+///
+/// let transform = Transform { translate: DVec3::Y, scale: 2.0, ..Transform::default() };
+/// let point = transform.matrix().transform_point3(DVec3::X);
+/// assert_eq!(point, DVec3::new(2.0, 1.0, 0.0));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transform {
     /// Added last, in scene units.
@@ -67,6 +76,16 @@ impl Transform {
 }
 
 /// A transform where the shutter opens, and one where it closes.
+///
+/// ```
+/// use dsm_scene::{Motion, Transform};
+/// use glam::DVec3;
+///
+/// let close = Transform { translate: DVec3::X, ..Transform::default() };
+/// let motion = Motion { close, ..Motion::default() };
+/// assert!(motion.is_moving());
+/// assert_eq!(motion.at(0.5).translation, DVec3::X * 0.5);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Motion {
     /// The transform when the shutter opens: time 0.

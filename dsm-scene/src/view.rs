@@ -5,6 +5,19 @@ use dsm_core::{AreaLight, Projection, View, ViewRaster};
 use crate::error::{Error, Place, Result};
 
 /// The camera of a rendered picture.
+///
+/// ```
+/// use dsm_core::View;
+/// use dsm_scene::Camera;
+/// use glam::DVec3;
+///
+/// let view = View { eye: DVec3::Z * 5.0, target: DVec3::ZERO, up: DVec3::Y };
+/// let camera = Camera { view, fov: 45.0, resolution: [640, 360] };
+/// // A quarter of the size, for a preview.
+/// let raster = camera.raster([160, 90])?;
+/// assert_eq!(raster.resolution(), [160, 90]);
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// The position and direction of the camera.
@@ -28,6 +41,16 @@ impl Camera {
 }
 
 /// The outline of a light in a scene: its axes are those of its view.
+///
+/// ```
+/// use dsm_scene::{LightOutline, builtin_scene};
+///
+/// let light = builtin_scene("stained-glass")?.light.with_size([0.0, 0.0])?;
+/// assert_eq!(light.outline, LightOutline::Point);
+/// let wide = light.with_size([0.5, 0.25])?;
+/// assert_eq!(wide.outline, LightOutline::Rectangle { size: [0.5, 0.25] });
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightOutline {
     /// A point.
@@ -50,6 +73,19 @@ pub enum LightOutline {
 }
 
 /// A light, and the shadow camera at its centre.
+///
+/// ```
+/// use dsm_core::{LightShape, Projection, View};
+/// use dsm_scene::{Light, LightOutline};
+/// use glam::DVec3;
+///
+/// let view = View { eye: DVec3::Y * 5.0, target: DVec3::ZERO, up: DVec3::Z };
+/// let projection = Projection::Perspective { fov: 45.0 };
+/// let light = Light { view, projection, outline: LightOutline::Disk { radius: 0.5 } };
+/// assert_eq!(light.area()?.shape(), LightShape::Disk);
+/// assert_eq!(light.raster([512, 512])?.eye(), DVec3::Y * 5.0);
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
     /// The light's centre, and where the shadow camera looks.

@@ -19,6 +19,17 @@ const MAX_COORDINATE: i32 = 1 << 28;
 
 /// A density on a grid of voxels, which stand at whole numbers of index space:
 /// trilinear, 0 outside. Only bricks of 8³ voxels that hold something take memory.
+///
+/// ```
+/// use dsm_scene::Volume;
+/// use glam::{DVec3, UVec3};
+///
+/// // Voxels 0.5 apart, whose density rises by 1 from one to the next.
+/// let ramp = Volume::from_fn(UVec3::splat(4), DVec3::splat(0.5), DVec3::ZERO, |at| at.x as f32)?;
+/// assert_eq!(ramp.density(DVec3::new(0.75, 0.5, 0.5)), 1.5);
+/// assert_eq!(ramp.density(DVec3::splat(9.0)), 0.0);
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Volume {
     /// Index (0, 0, 0) in object space.
@@ -41,6 +52,18 @@ pub struct Volume {
 }
 
 /// A builder of a [`Volume`], voxel by voxel.
+///
+/// ```
+/// use dsm_scene::VolumeBuilder;
+/// use glam::{DVec3, IVec3};
+///
+/// let mut builder = VolumeBuilder::default();
+/// builder.set(IVec3::ZERO, 1.0)?;
+/// let volume = builder.build(DVec3::ONE, DVec3::ZERO)?;
+/// assert_eq!(volume.voxel_count(), 1);
+/// assert_eq!(volume.density(DVec3::new(0.5, 0.0, 0.0)), 0.5);
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct VolumeBuilder {
     bricks: HashMap<IVec3, u32>,

@@ -3,6 +3,16 @@
 /// A straight line in (raster x, raster y, w = 1/depth), from the receiver
 /// towards the light: w grows along it. It holds the points with w in
 /// [start, end).
+///
+/// ```
+/// use dsm_trace::ShadowRay;
+///
+/// // From pixel position (1, 1) at depth 1/0.25, 8 pixels to the right per unit of w.
+/// let ray = ShadowRay::new([1.0, 1.0], 0.25, [8.0, 0.0], 0.5);
+/// assert_eq!(ray.at(0.375), [2.0, 1.0]);
+/// assert_eq!(ray.crossing([1, 0], [2, 2]), Some([0.25, 0.375]));
+/// assert_eq!(ray.crossing([1, 2], [2, 3]), None);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadowRay {
     place: [f64; 2],

@@ -3,6 +3,13 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The number of traced rays, and of those without an answer in the map.
+///
+/// ```
+/// use dsm_trace::TraceStatistics;
+///
+/// let statistics = TraceStatistics { rays: 256, outside_map: 64, behind_light: 0 };
+/// assert_eq!(statistics.rays - statistics.outside_map, 192);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TraceStatistics {
     /// Shadow rays.

@@ -13,13 +13,14 @@ use crate::tolerance::Tolerance;
 /// ```
 /// use dsm_core::{BakeSettings, Filter, FilterShape};
 ///
-/// let mut settings = BakeSettings::new([512, 512])?;
+/// let settings = BakeSettings::new([512, 512])?;
 /// assert_eq!(settings.tolerance().epsilon(), 0.0625);
-/// settings.filter = Filter::new(FilterShape::Box, 2.0)?;
+/// let settings = settings.with_filter(Filter::new(FilterShape::Box, 2.0)?);
 /// assert_eq!(settings.tolerance().epsilon(), 0.03125);
 /// # Ok::<(), dsm_core::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct BakeSettings {
     /// Width and height of the whole map in pixels, up to
     /// [`Self::MAX_SIZE`].
@@ -72,6 +73,48 @@ impl BakeSettings {
             camera: None,
         };
         settings.check().map(|_| settings)
+    }
+
+    /// Sets the width and height of a tile in pixels.
+    #[must_use]
+    pub fn with_tile_size(self, tile_size: u32) -> Self {
+        Self { tile_size, ..self }
+    }
+
+    /// Sets the part of the map to bake: x₀, y₀, x₁, y₁, half-open; `None` for all.
+    #[must_use]
+    pub fn with_crop(self, crop: impl Into<Option<[u32; 4]>>) -> Self {
+        Self { crop: crop.into(), ..self }
+    }
+
+    /// Sets the sample points of a pixel.
+    #[must_use]
+    pub fn with_sampling(self, sampling: PixelSampling) -> Self {
+        Self { sampling, ..self }
+    }
+
+    /// Sets the pixel filter.
+    #[must_use]
+    pub fn with_filter(self, filter: Filter) -> Self {
+        Self { filter, ..self }
+    }
+
+    /// Sets the error bound; `None` for the one that matches the samples.
+    #[must_use]
+    pub fn with_tolerance(self, tolerance: impl Into<Option<Tolerance>>) -> Self {
+        Self { tolerance: tolerance.into(), ..self }
+    }
+
+    /// Sets the grids that vertices are rounded to; `None` for exact depths.
+    #[must_use]
+    pub fn with_quantization(self, quantization: impl Into<Option<Quantization>>) -> Self {
+        Self { quantization: quantization.into(), ..self }
+    }
+
+    /// Sets the camera whose NDC \[0, 1\]² covers the map.
+    #[must_use]
+    pub fn with_camera(self, camera: impl Into<Option<ShadowCamera>>) -> Self {
+        Self { camera: camera.into(), ..self }
     }
 
     /// The tolerance: as it was set, or 0.25/√N, where N is the number of

@@ -9,6 +9,14 @@ use crate::light::LightExtent;
 use crate::tolerance::Tolerance;
 
 /// The metadata of a map: all that a query needs besides its pixels.
+///
+/// ```
+/// use dsm_core::{MapInfo, Tolerance};
+///
+/// let info = MapInfo { tolerance: Tolerance::new(0.01)?, ..MapInfo::default() };
+/// assert_eq!(info.camera, None);
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MapInfo {
     /// The shadow camera, if known.

@@ -6,6 +6,12 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 
 /// The measure of a depth.
+///
+/// ```
+/// use dsm_core::{DepthKind, MapInfo};
+///
+/// assert_eq!(MapInfo::default().depth_kind, DepthKind::Planar);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
@@ -21,6 +27,20 @@ pub enum DepthKind {
 /// depth is −z of camera space. NDC is [0, 1]², x right and y down, over the
 /// display window. Either matrix may be unknown. Matrices of `f32`, as images
 /// carry them, are held as they are: [`Self::projection`] tells what they are off by.
+///
+/// ```
+/// use dsm_core::{Projection, View};
+/// use glam::DVec3;
+///
+/// let view = View { eye: DVec3::Z * 5.0, target: DVec3::ZERO, up: DVec3::Y };
+/// let raster = view.raster(Projection::Perspective { fov: 90.0 }, [64, 64])?;
+/// let camera = raster.shadow_camera();
+/// // The middle of the map, 5 units from the camera's plane.
+/// let seen = camera.project(DVec3::ZERO)?.unwrap();
+/// assert!((seen - DVec3::new(0.5, 0.5, 5.0)).length() < 1e-12);
+/// assert_eq!(camera.project(DVec3::Z * 6.0)?, None);
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ShadowCamera {
     /// World to camera space.

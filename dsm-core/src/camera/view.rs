@@ -6,6 +6,17 @@ use super::view_raster::ViewRaster;
 use crate::error::{Error, Result};
 
 /// The projection of a camera.
+///
+/// ```
+/// use dsm_core::{Projection, View};
+/// use glam::DVec3;
+///
+/// let view = View { eye: DVec3::Z * 5.0, target: DVec3::ZERO, up: DVec3::Y };
+/// let raster = view.raster(Projection::Orthographic { extent: 4.0 }, [64, 32])?;
+/// assert!(!raster.is_perspective());
+/// assert_eq!(raster.half_size(), glam::DVec2::new(2.0, 1.0));
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
     /// Through one point; `fov` is the full angle in degrees, in (0, 180).

@@ -3,6 +3,31 @@
 use crate::filter::{Filter, FilterShape};
 
 /// The pixels that a lookup averages, with their weights.
+///
+/// ```
+/// use dsm_core::{
+///     DeepMap, FilterShape, Footprint, MapInfo, PixelListsBuilder, Receiver, Vertex,
+///     filtered_lookup,
+/// };
+///
+/// // The second of four pixels is blocked at depth 1.
+/// let mut pixels = PixelListsBuilder::new(4, 1);
+/// for value in [1.0, 0.0, 1.0, 1.0] {
+///     pixels.push(Vertex::new(1.0, 1.0));
+///     pixels.push(Vertex::new(1.0, value));
+///     pixels.finish_pixel()?;
+/// }
+/// let map = DeepMap::new(MapInfo::default(), pixels.finish()?);
+///
+/// let receiver = Receiver::new([1.5, 0.5], 2.0);
+/// assert_eq!(filtered_lookup(&map, &receiver, &Footprint::Point), Ok(0.0));
+/// // Wider along the row than across it.
+/// let axes = [[1.5, 0.0], [0.0, 0.5]];
+/// let ellipse = Footprint::Elliptical { shape: FilterShape::Box, axes };
+/// let light = filtered_lookup(&map, &receiver, &ellipse).unwrap();
+/// assert!((light - 2.0 / 3.0).abs() < 1e-6);
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Footprint {
     /// The pixel that contains the point, alone.

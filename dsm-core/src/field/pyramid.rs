@@ -12,6 +12,14 @@ use crate::error::{Error, Result};
 use crate::transmittance::Transmittance;
 
 /// The choice of the level of a [`Pyramid`] that a lookup reads.
+///
+/// ```
+/// use dsm_core::LevelChoice;
+///
+/// // Half way between the finest level and the next.
+/// let blended = LevelChoice::Fixed(0.5);
+/// assert_ne!(blended, LevelChoice::FINEST);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LevelChoice {
     /// This level; between two levels, both are read and their values

@@ -3,6 +3,13 @@
 use super::weights::Extent;
 
 /// A receiver: a raster position and a depth at which visibility is queried.
+///
+/// ```
+/// use dsm_core::Receiver;
+///
+/// let receiver = Receiver { bias: 0.01, ..Receiver::new([10.5, 4.25], 3.0) };
+/// assert_eq!(receiver.depth_gradient, [0.0; 2]);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Receiver {
     /// Raster position: pixel (i, j) covers [i, i+1) × [j, j+1).

@@ -29,6 +29,21 @@ const SLACK: f64 = 0.25;
 
 /// The depth bias: the offset towards the light that a receiver's depth is given
 /// before the map is queried, so that the surface it lies on does not shade it.
+///
+/// ```
+/// use dsm_core::{Bias, MapInfo, Projection, ShadowLookup, View};
+/// use glam::DVec3;
+/// # use dsm_core::{Facing, ShadedPoint};
+///
+/// let view = View { eye: DVec3::Y * 5.0, target: DVec3::ZERO, up: DVec3::X };
+/// let raster = view.raster(Projection::Perspective { fov: 90.0 }, [64, 64])?;
+/// let info = MapInfo { camera: Some(raster.shadow_camera()), ..MapInfo::default() };
+/// let lookup = ShadowLookup::new(&info, [64, 64])?.with_bias(Bias::Depth(0.01));
+/// let point = ShadedPoint { position: DVec3::ZERO, facing: Facing::Light, seed: 0 };
+/// let receiver = lookup.receiver(&point, 1).unwrap();
+/// assert_eq!((receiver.depth, receiver.bias), (5.0, 0.01));
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bias {
     /// A constant in scene units, for all points. All pixels under the filter are
@@ -47,6 +62,15 @@ pub enum Bias {
 
 /// Minimum, mean and maximum of the depth biases of a query's points, in scene
 /// units.
+///
+/// ```
+/// use dsm_core::BiasSummary;
+///
+/// let mut biases = BiasSummary::default();
+/// biases.add(0.25);
+/// biases.add(0.75);
+/// assert_eq!((biases.min, biases.mean(), biases.max), (0.25, Some(0.5), 0.75));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BiasSummary {
     /// Number of points in the map.
@@ -89,6 +113,24 @@ impl BiasSummary {
 
 /// The query of a map for visibility at points of the world: projection, footprint,
 /// level and depth bias.
+///
+/// ```
+/// use dsm_core::{Facing, MapInfo, Projection, ShadedPoint, ShadowLookup, View};
+/// use glam::DVec3;
+///
+/// let view = View { eye: DVec3::Y * 5.0, target: DVec3::ZERO, up: DVec3::X };
+/// let raster = view.raster(Projection::Perspective { fov: 90.0 }, [64, 64])?;
+/// let info = MapInfo { camera: Some(raster.shadow_camera()), ..MapInfo::default() };
+/// let lookup = ShadowLookup::new(&info, [64, 64])?;
+///
+/// let point = ShadedPoint { position: DVec3::ZERO, facing: Facing::Light, seed: 0 };
+/// let receiver = lookup.receiver(&point, 1).unwrap();
+/// assert_eq!((receiver.position, receiver.depth), ([32.0, 32.0], 5.0));
+/// // Behind the light there is no shadow.
+/// let behind = ShadedPoint { position: DVec3::Y * 6.0, ..point };
+/// assert_eq!(lookup.receiver(&behind, 1), None);
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct ShadowLookup {
     projection: MapProjection,

@@ -7,6 +7,33 @@ use crate::transmittance::Transmittance;
 
 /// A field of visibility functions, one a pixel: a map in memory, the tiles of a
 /// file, a layered map's first run.
+///
+/// ```
+/// use std::convert::Infallible;
+///
+/// use dsm_core::{Filter, FilterShape, Footprint, Receiver, VisibilityField, filtered_lookup};
+///
+/// /// Two pixels; the left one is blocked at depth 1.
+/// struct Half;
+///
+/// impl VisibilityField for Half {
+///     type Value = f32;
+///     type Error = Infallible;
+///
+///     fn size(&self) -> [u32; 2] {
+///         [2, 1]
+///     }
+///
+///     fn evaluate(&self, pixel: [u32; 2], depth: f32) -> Result<f32, Infallible> {
+///         Ok(if pixel == [0, 0] && depth >= 1.0 { 0.0 } else { 1.0 })
+///     }
+/// }
+///
+/// let footprint = Footprint::Isotropic(Filter::new(FilterShape::Box, 2.0)?);
+/// let receiver = Receiver::new([1.0, 0.5], 3.0);
+/// assert_eq!(filtered_lookup(&Half, &receiver, &footprint), Ok(0.5));
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
 pub trait VisibilityField {
     /// Mono or coloured.
     type Value: Transmittance;

@@ -4,6 +4,13 @@ use crate::error::{Error, Result};
 use crate::transmittance::Transmittance;
 
 /// A hit of a surface on a ray.
+///
+/// ```
+/// use dsm_core::SurfaceHit;
+///
+/// let hit = SurfaceHit { depth: 2.0, opacity: 0.75_f32 };
+/// assert_eq!(hit.transmittance(), 0.25);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceHit<T> {
     /// Depth along the view axis, in scene units, finite and ≥ 0.
@@ -14,6 +21,18 @@ pub struct SurfaceHit<T> {
 
 /// A sample of the extinction along the ray. Between two samples the
 /// extinction is linear; outside the first and last it is 0.
+///
+/// ```
+/// use dsm_core::{RayHits, VolumeSample};
+///
+/// // Smoke that gets denser from depth 1 to 2, and thinner from 2 to 3.
+/// let smoke = [(1.0, 0.0), (2.0, 0.5), (3.0, 0.0)];
+/// let samples = smoke.map(|(depth, extinction)| VolumeSample { depth, extinction });
+/// let mut hits = RayHits::<f32>::default();
+/// hits.push_volume(&samples, 1.0)?;
+/// assert_eq!(hits.segments().len(), 2);
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VolumeSample<T> {
     /// Depth along the view axis, in scene units, finite and ≥ 0.

@@ -7,6 +7,16 @@ use crate::camera::shadow_camera::{RayDirections, ShadowCamera};
 use crate::error::{Error, Result};
 
 /// A point of the image plane at a time: one ray of the shadow camera.
+///
+/// ```
+/// use dsm_core::{PixelSampling, TileSamples};
+///
+/// let samples = TileSamples::new(&PixelSampling::centre(), [3, 1], [1, 1], None)?;
+/// let point = samples.point(0);
+/// assert_eq!([point.x, point.y], [3.5, 1.5]);
+/// assert_eq!(point.distance_per_depth, 1.0);
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SamplePoint {
     /// Raster position in pixels, x right, from the left edge of the map's
@@ -26,6 +36,17 @@ pub struct SamplePoint {
 /// The sample points of a rectangle of pixels: those of pixel (column, row) are
 /// numbers (row · width + column) · N to (… + 1) · N for N samples a pixel.
 /// Positions and times are columns.
+///
+/// ```
+/// use dsm_core::{PixelSampling, TileSamples};
+///
+/// // 4 samples in each of 2 × 1 pixels.
+/// let samples = TileSamples::new(&PixelSampling::new(4, 0)?, [0, 0], [2, 1], None)?;
+/// assert_eq!(samples.len(), 8);
+/// assert_eq!(samples.pixel(1, 0), 4..8);
+/// assert!(samples.x()[4..8].iter().all(|&x| (1.0..2.0).contains(&x)));
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct TileSamples {
     min: [i32; 2],

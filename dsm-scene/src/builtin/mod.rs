@@ -15,6 +15,10 @@ use crate::error::{Error, Result};
 use crate::scene::Scene;
 
 /// The names of the built-in scenes.
+///
+/// ```
+/// assert!(dsm_scene::BUILTIN_SCENES.contains(&"hairball"));
+/// ```
 pub const BUILTIN_SCENES: &[&str] =
     &["hairball", "fur-plane", "foliage", "smoke", "pipes", "spinning-sphere", "stained-glass"];
 

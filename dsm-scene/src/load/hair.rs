@@ -153,7 +153,10 @@ mod tests {
         }
         let whole = file(1, 5, POINTS | THICKNESS, 4, &points);
         let error = parse(&whole).unwrap_err();
-        assert!(error.to_string().starts_with("byte 188: truncated: thicknesses of 5 × 4"), "{error}");
+        assert!(
+            error.to_string().starts_with("byte 188: truncated: thicknesses of 5 × 4"),
+            "{error}"
+        );
         for length in 0..whole.len() {
             assert!(parse(&whole[..length]).is_err(), "{length} bytes");
         }

@@ -82,6 +82,17 @@ pub fn load_volume(path: &Path) -> Result<Volume> {
 
 /// Reads a shape of any kind, by the file's extension.
 ///
+/// ```
+/// use dsm_scene::{Shape, load_shape};
+///
+/// let folder = tempfile::tempdir()?;
+/// let path = folder.path().join("triangle.obj");
+/// std::fs::write(&path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")?;
+/// let Shape::Mesh(mesh) = load_shape(&path)? else { panic!("an OBJ is a mesh") };
+/// assert_eq!(mesh.triangles(), [[0, 1, 2]]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 ///
 /// [`Error::File`] with the cause, as [`load_mesh`].

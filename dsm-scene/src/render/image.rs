@@ -2,6 +2,14 @@
 
 /// A picture: red, green and blue of every pixel, linear, row by row from the
 /// top.
+///
+/// ```
+/// use dsm_scene::Image;
+///
+/// let image = Image::new([2, 1], vec![[0.0; 3], [0.5; 3]]).expect("two pixels");
+/// assert!(image.is_grey());
+/// assert_eq!(Image::new([2, 2], vec![[0.0; 3]]), None);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
     size: [u32; 2],
@@ -10,6 +18,15 @@ pub struct Image {
 
 /// The difference between the pixels of two images: the values of one less those of
 /// the other, over all pixels and channels.
+///
+/// ```
+/// use dsm_scene::Image;
+///
+/// let dark = Image::new([1, 1], vec![[0.25; 3]]).expect("one pixel");
+/// let light = Image::new([1, 1], vec![[0.75; 3]]).expect("one pixel");
+/// let difference = dark.difference(&light).expect("one size");
+/// assert_eq!((difference.mean, difference.rmse), (-0.5, 0.5));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImageDifference {
     /// The mean.

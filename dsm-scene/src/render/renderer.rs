@@ -23,7 +23,16 @@ use crate::trace::TracedScene;
 const BLOCK: u32 = 16;
 
 /// The contents and the sampling of a picture.
+///
+/// ```
+/// use dsm_scene::RenderSettings;
+///
+/// let settings = RenderSettings::new(16, 0)?.with_factor(true);
+/// assert!(settings.factor && settings.self_shadowing);
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct RenderSettings {
     /// The camera rays of a pixel, each with a position, a time and an end of its
     /// own.
@@ -47,6 +56,24 @@ impl RenderSettings {
     pub fn new(samples: u32, seed: u64) -> Result<Self> {
         let sampling = PixelSampling::new(samples, seed)?;
         Ok(Self { sampling, seed, factor: false, self_shadowing: true })
+    }
+
+    /// Sets the seed that tells pictures apart.
+    #[must_use]
+    pub fn with_seed(self, seed: u64) -> Self {
+        Self { seed, ..self }
+    }
+
+    /// Sets whether the picture is the shadow factor alone.
+    #[must_use]
+    pub fn with_factor(self, factor: bool) -> Self {
+        Self { factor, ..self }
+    }
+
+    /// Sets whether strands and media receive shadows too.
+    #[must_use]
+    pub fn with_self_shadowing(self, self_shadowing: bool) -> Self {
+        Self { self_shadowing, ..self }
     }
 }
 

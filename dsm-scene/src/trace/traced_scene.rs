@@ -28,6 +28,19 @@ const ROUNDING: f64 = 512.0 * f64::EPSILON;
 /// A scene prepared for ray tracing: a bounding volume hierarchy a shape, in its
 /// own space. Objects that move are tested where they are at the ray's time,
 /// without boxes around their whole way.
+///
+/// ```
+/// use dsm_core::Ray;
+/// use dsm_scene::{TracedScene, builtin_scene};
+/// use glam::DVec3;
+///
+/// let traced = TracedScene::new(&builtin_scene("spinning-sphere")?)?;
+/// assert!(traced.is_moving());
+/// // Upwards from far above, there is nothing in the way.
+/// let ray = Ray::new(DVec3::Y * 1e3, DVec3::Y);
+/// assert_eq!(traced.tracer().transmittance::<f32>(&ray), 1.0);
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 pub struct TracedScene {
     objects: Vec<TracedObject>,
     /// The largest of [`Object::reach`].

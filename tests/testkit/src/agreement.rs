@@ -6,6 +6,13 @@
 /// Rounding moves the places that `f32` depths and rasters tell apart by some 2⁻²⁴ of
 /// themselves. Where answers change at once, as at an edge, that moves a few of them:
 /// strays.
+///
+/// ```
+/// use dsm_testkit::Agreement;
+///
+/// let agreement = Agreement::default().with_tolerance(1e-3).with_strays(0.01);
+/// assert_eq!(agreement.tolerance(), 1e-3);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Agreement {
     tolerance: f64,

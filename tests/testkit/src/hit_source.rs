@@ -21,6 +21,25 @@ const SAMPLES: u32 = 4;
 /// with, and agree wherever the scene stands and however large it is: as many surfaces,
 /// at depths, of opacities and with normals as before, as much light left by media.
 ///
+/// ```
+/// use dsm_core::{Projection, RaySource, SamplePoint, SurfaceHit, View};
+/// use dsm_testkit::{Agreement, Trial, check_hit_source};
+/// use glam::DVec3;
+///
+/// // A wall across the view, 2 units from the camera.
+/// let view = View { eye: DVec3::Z * 2.0, target: DVec3::ZERO, up: DVec3::Y };
+/// let raster = view.raster(Projection::Perspective { fov: 45.0 }, [8, 8])?;
+/// let wall = |trial: &Trial| {
+///     let depth = (2.0 * trial.placement.scale()) as f32;
+///     RaySource(move |_: SamplePoint, hits: &mut dsm_core::RayHits<f32>| {
+///         hits.push_surface(SurfaceHit { depth, opacity: 0.5 })
+///     })
+/// };
+/// let camera = raster.shadow_camera();
+/// assert_eq!(check_hit_source(wall, 1.0, &camera, [8, 8], &Agreement::default()), Ok(()));
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
+///
 /// # Errors
 ///
 /// The first trial whose hits are wrong, and what is wrong with them.

@@ -6,6 +6,13 @@ use crate::placement::Placement;
 
 /// A scene's place, and what else no answer may depend on. An implementation is made
 /// within a pool of [`Self::threads`] threads.
+///
+/// ```
+/// use dsm_testkit::Trial;
+///
+/// assert_eq!(Trial::FIRST.placement.scale(), 1.0);
+/// assert_eq!(Trial::FIRST.threads, 1);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Trial {
