@@ -66,6 +66,7 @@ pub mod detail {
     pub use crate::bake::tile::BakedTile;
     pub use crate::camera::pixel_window::PixelWindow;
     pub use crate::camera::projection::MapProjection;
+    pub use crate::compress::compressor::{Compression, Compressor};
     pub use crate::compress::greedy::{End, GreedyCompressor, compress};
     pub use crate::compress::paper_greedy::paper_greedy;
     pub use crate::curve::sweep::{VisibilitySweep, WeightedTransmittance};

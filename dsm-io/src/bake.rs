@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use dsm_core::detail::{
-    BakedTile, ExactPixel, GreedyCompressor, MipPyramid, SumVertex, VisibilityDifference,
+    BakedTile, Compression, Compressor, ExactPixel, MipPyramid, SumVertex, VisibilityDifference,
 };
 use dsm_core::{BakeSettings, Baker, HitSource, Progress, Tolerance, Transmittance, Vertex};
 
@@ -251,7 +251,7 @@ impl<T: Transmittance> ExactTile<T> {
     fn join_chords(&mut self, start: usize, tolerance: Tolerance) -> f64 {
         let exact = &self.vertices[start..];
         let mut joined: Vec<SumVertex<T>> = Vec::new();
-        GreedyCompressor::compress_all(tolerance, exact, |vertex: Vertex<T>| {
+        Compression::default().compress(tolerance, exact, &mut |vertex: Vertex<T>| {
             joined.push(Vertex::new(vertex.z, vertex.value.to_sum()));
         });
         let error = VisibilityDifference::between(exact, joined.as_slice()).max();

@@ -1,6 +1,6 @@
 //! Compression that measures its own error.
 
-use dsm_core::detail::{GreedyCompressor, SumVertex, VisibilityDifference, VisibilityView};
+use dsm_core::detail::{Compression, Compressor, SumVertex, VisibilityDifference, VisibilityView};
 use dsm_core::{PixelLists, PixelListsBuilder, Tolerance, Transmittance};
 
 use crate::achieved_error::AchievedError;
@@ -30,7 +30,8 @@ impl<T: Transmittance> MeasuredPixels<T> {
     /// compression. Returns its error.
     pub(crate) fn push(&mut self, vertices: &[SumVertex<T>], inherited: f64) -> Result<f64> {
         let tolerance = self.tolerance.after(inherited);
-        GreedyCompressor::compress_all(tolerance, vertices, |vertex| self.pixels.push(vertex));
+        let mut emit = |vertex| self.pixels.push(vertex);
+        Compression::default().compress(tolerance, vertices, &mut emit);
         self.pixels.finish_pixel()?;
         let compressed = self.pixels.last_pixel().unwrap_or(VisibilityView::clear());
         let difference = VisibilityDifference::between(vertices, &compressed);

@@ -2,7 +2,7 @@
 //! 2007, §5.1).
 
 use dsm_core::detail::{
-    End, GreedyCompressor, SampledPixel, SumVertex, TransmittanceBuilder, TransmittanceFunction,
+    Compression, Compressor, SampledPixel, SumVertex, TransmittanceBuilder, TransmittanceFunction,
     VisibilityDifference, VisibilitySweep,
 };
 use dsm_core::{RayHits, Tolerance, Transmittance, Vertex};
@@ -171,14 +171,11 @@ impl<T: Transmittance> RunBuilder<T> {
 
     /// Compresses the run, without counts.
     fn compress(&mut self, tolerance: Tolerance) {
-        let Some(last) = self.exact.last() else { return };
         let layers = &mut self.layers;
-        let mut compressor = GreedyCompressor::new(tolerance, End::Known(last.value));
         let mut emit = |vertex: Vertex<T>| {
             layers.push(Layer { depth: vertex.z, visibility: vertex.value, count: 0 });
         };
-        compressor.push_all(&self.exact, &mut emit);
-        compressor.finish(&mut emit);
+        Compression::default().compress(tolerance, &self.exact, &mut emit);
     }
 
     /// Gives every sample of the run to the layer that ends with it: at the

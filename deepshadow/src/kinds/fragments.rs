@@ -4,7 +4,7 @@ use std::path::Path;
 
 use dsm_core::{Tolerance, Transmittance, ViewRaster};
 use dsm_io::detail::ErasedMap;
-use dsm_io::{CachedMap, Container};
+use dsm_io::{CachedMap, Container, WriteOptions};
 use shadow_maps::fragments::{self, FragmentBuilder, FragmentTracer, bake_fragments};
 
 use super::kind::ShadowKind;
@@ -68,8 +68,9 @@ fn bake<T: Transmittance>(
         builder = builder.with_layers(layers)?;
     }
     let describe = |metadata: &mut _| job.describe(metadata);
-    let tiles = (asked.tile_size, asked.block);
-    let baked = bake_fragments::<T, _>(&builder, &source, output, tiles, describe)?;
+    let options = WriteOptions::default().with_tile_size(asked.tile_size).with_block(asked.block);
+    let baked =
+        bake_fragments::<T, _>(&builder, &source, output, options, describe, |at| job.watch(at))?;
     Ok(job.report::<T>(coverage * coverage, Tolerance::EXACT, baked))
 }
 

@@ -6,7 +6,7 @@ use dsm_core::detail::LightExtent;
 use dsm_core::{
     AreaLight, BakeSettings, LightShape, PixelSampling, Tolerance, Transmittance, ViewRaster,
 };
-use dsm_io::detail::KindReader;
+use dsm_io::detail::{FieldKind, KindReader};
 use dsm_io::{CachedMap, Codec, MapKind};
 use dsm_trace::LightFrame;
 use mtsm::detail::LayeredKeys;
@@ -19,7 +19,7 @@ use super::kind::refuse;
 use crate::bake::{Bake, Job};
 use crate::error::{Error, Result};
 use crate::query::{Method, Query};
-use crate::shadow::{AreaShadow, Shadow};
+use crate::shadow::{AreaShadow, Shadow, filtered_shadow};
 
 /// Whether nothing was set that only deep maps have.
 pub(super) fn check(settings: &Bake) -> Result<()> {
@@ -78,7 +78,7 @@ pub(super) fn settings(
 pub(super) fn shadow<T, K>(map: &CachedMap<T, K>, method: Method, query: &Query) -> Result<Shadow>
 where
     T: Transmittance,
-    K: MapKind<Keys = LayeredKeys>,
+    K: FieldKind<Keys = LayeredKeys>,
     CachedLayers<T, K>: TracedMap<Error = dsm_io::Error, BuildError = dsm_io::Error>,
 {
     let reader = map.reader();
@@ -107,7 +107,7 @@ where
             let light = light(query, reader, filter.frame())?;
             Ok(Shadow::new(Box::new(AreaShadow(filter)), light, query.seed))
         }
-        Method::Filter(_) => Err(Error::query(reader, "layers are not filtered")),
+        Method::Filter(method) => filtered_shadow(map, method, query),
     }
 }
 

@@ -87,15 +87,10 @@ impl OpenMap for CachedFile<mtsm::Layers> {
     }
 
     fn shadow(&self, query: &Query) -> Result<Shadow> {
-        match query.method.unwrap_or(self.default_method()) {
-            Method::Filter(_) => {
-                let reason = "a map of kind layers has no visibility functions to filter";
-                Err(Error::query(self.reader(), reason))
-            }
-            method => match self {
-                Self::Mono(map) => layered::shadow(map, method, query),
-                Self::Rgb(map) => layered::shadow(map, method, query),
-            },
+        let method = query.method.unwrap_or(self.default_method());
+        match self {
+            Self::Mono(map) => layered::shadow(map, method, query),
+            Self::Rgb(map) => layered::shadow(map, method, query),
         }
     }
 }

@@ -13,7 +13,7 @@ use crate::bake::{AnyHitSource, Bake, BakeReport, Job, Seen};
 use crate::error::Result;
 use crate::map::{CachedFile, OpenMap, OpenOptions};
 use crate::query::{Method, Query, TraceMethod};
-use crate::shadow::{Shadow, filtered_shadow};
+use crate::shadow::Shadow;
 
 /// Runs of compressed layers with counts.
 pub(super) struct Mtsm;
@@ -73,15 +73,10 @@ impl OpenMap for CachedFile<mtsm::Mtsm> {
     }
 
     fn shadow(&self, query: &Query) -> Result<Shadow> {
-        match query.method.unwrap_or(self.default_method()) {
-            Method::Filter(method) => match self {
-                Self::Mono(map) => filtered_shadow(map, method, query),
-                Self::Rgb(map) => filtered_shadow(map, method, query),
-            },
-            method => match self {
-                Self::Mono(map) => layered::shadow(map, method, query),
-                Self::Rgb(map) => layered::shadow(map, method, query),
-            },
+        let method = query.method.unwrap_or(self.default_method());
+        match self {
+            Self::Mono(map) => layered::shadow(map, method, query),
+            Self::Rgb(map) => layered::shadow(map, method, query),
         }
     }
 }

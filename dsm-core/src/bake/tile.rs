@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::exact::ExactPixel;
 use super::settings::Block;
-use crate::compress::greedy::GreedyCompressor;
+use crate::compress::compressor::{Compression, Compressor};
 use crate::compress::quantization::Quantization;
 use crate::error::Result;
 use crate::field::pixel_lists::{PixelLists, PixelListsBuilder};
@@ -40,7 +40,7 @@ impl<T: Transmittance> BakedTile<T> {
     /// The largest error of any pixel, measured in `f64` on the `f32` values
     /// against the uncompressed function; where chords stand for exponentials
     /// with what they may be off. Not above the tolerance, but for 2⁻²⁵ below
-    /// [`GreedyCompressor::COPY_BELOW`].
+    /// [`GreedyCompressor::COPY_BELOW`](crate::compress::greedy::GreedyCompressor::COPY_BELOW).
     #[must_use]
     pub const fn max_error(&self) -> f64 {
         self.max_error
@@ -116,12 +116,13 @@ impl<T: Transmittance> TileCompressor<T> {
         let chord_error = if exact.curved { self.tolerance.chord() } else { 0.0 };
         self.curved += u32::from(exact.curved);
         let tolerance = self.tolerance.after(chord_error);
-        let emit = |vertex| self.vertices.push(vertex);
+        let compressor = Compression::default();
+        let mut emit = |vertex| self.vertices.push(vertex);
         match self.quantization {
-            None => GreedyCompressor::compress_all(tolerance, exact.vertices, emit),
+            None => compressor.compress(tolerance, exact.vertices, &mut emit),
             Some(_) => {
                 let rest = Quantization::rest(tolerance);
-                GreedyCompressor::compress_all(rest, exact.vertices, emit);
+                compressor.compress(rest, exact.vertices, &mut emit);
                 Quantization::round_values(tolerance, &mut self.vertices, start);
             }
         }

@@ -74,8 +74,8 @@ impl ShadowCamera {
     /// let camera = ShadowCamera { world_to_camera: Some(view), world_to_ndc: Some(view) };
     /// let (projection, rounding) = camera.projection()?;
     /// assert_eq!(projection, DMat4::IDENTITY);
-    /// // A million units away, an `f32` knows a place to some tenths.
-    /// assert!((0.1..1.0).contains(&rounding.w_axis.z));
+    /// // A million units away, `f32` tell places to about a unit.
+    /// assert!((0.1..10.0).contains(&rounding.w_axis.z));
     /// assert!(rounding.x_axis.x < 1e-6);
     /// # Ok::<(), dsm_core::Error>(())
     /// ```

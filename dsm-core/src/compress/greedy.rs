@@ -142,19 +142,6 @@ impl<T: Transmittance> GreedyCompressor<T> {
         self.push_all(std::slice::from_ref(&vertex), emit);
     }
 
-    /// Compresses a whole function, which ends with the last of `vertices`.
-    pub fn compress_all(
-        tolerance: Tolerance,
-        vertices: &[SumVertex<T>],
-        mut emit: impl FnMut(Vertex<T>),
-    ) {
-        if let Some(last) = vertices.last() {
-            let mut compressor = Self::new(tolerance, End::Known(last.value));
-            compressor.push_all(vertices, &mut emit);
-            compressor.finish(&mut emit);
-        }
-    }
-
     /// Pushes several vertices; faster than one at a time.
     #[inline]
     pub fn push_all(&mut self, vertices: &[SumVertex<T>], emit: &mut impl FnMut(Vertex<T>)) {

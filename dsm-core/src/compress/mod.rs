@@ -1,6 +1,7 @@
 //! Compression: fewer vertices under an error bound (Lokovic & Veach 2000, §3.3 and
 //! §5.2).
 
+pub(crate) mod compressor;
 pub(crate) mod greedy;
 pub(crate) mod paper_greedy;
 pub(crate) mod quantization;

@@ -15,8 +15,11 @@ pub trait MapTile: Debug + Send + Sync + 'static {
 }
 
 impl<T: Transmittance> MapTile for PixelLists<T> {
+    // Asked at every lookup.
+    #[inline(always)]
     fn size(&self) -> [u32; 2] {
-        [self.view().width(), self.view().height()]
+        let view = self.view();
+        [view.width(), view.height()]
     }
 
     fn bytes(&self) -> u64 {

@@ -211,3 +211,23 @@ fn an_interrupt_leaves_no_file() {
     assert!(answer.refusal().ends_with("interrupted"), "{answer:?}");
     assert!(!partial(), "{:?}", fs::read_dir(folder.path(".")).unwrap().collect::<Vec<_>>());
 }
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_of_fragments_is_an_error_line() {
+    let folder = Folder::new();
+    let map = folder.path("map.dsm");
+    // Many minutes of work, which writes at its end.
+    let switches = ["--kind", "fragments", "--resolution", "16384", "--quiet"];
+    let base = ["bake", "builtin:spinning-sphere", "-o", map.to_str().unwrap()];
+    let child = program(base.iter().chain(&switches))
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_secs(2));
+    std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    let answer: Answer = child.wait_with_output().unwrap().into();
+    assert!(answer.refusal().ends_with("interrupted"), "{answer:?}");
+    assert_eq!(fs::read_dir(folder.path(".")).unwrap().count(), 0);
+}

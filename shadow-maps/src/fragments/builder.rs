@@ -1,7 +1,10 @@
 //! From what a shadow camera sees to a map of fragments.
 
+use std::ops::ControlFlow;
+
 use dsm_core::{
-    Error, HitSource, PixelSampling, Result, ShadowCamera, TileHits, TileSamples, Transmittance,
+    Error, HitSource, PixelSampling, Progress, Result, ShadowCamera, TileHits, TileSamples,
+    Transmittance,
 };
 use dsm_trace::LightFrame;
 use rayon::prelude::*;
@@ -171,10 +174,14 @@ impl FragmentBuilder {
         T: Transmittance,
         S: HitSource<T>,
     {
-        self.build_counted(source).map(|(map, _)| map)
+        let built = self.build_counted(source, Progress::ignore)?;
+        // Nobody breaks it off.
+        let (map, _) = built.ok_or(Error::Setting { setting: "build", reason: "broken off" })?;
+        Ok(map)
     }
 
-    /// The same, and what it was built from.
+    /// Builds as [`Self::build`] does, and counts. `watch` is told of rows of 32
+    /// pixels before each, and may break it off: then there is no map.
     ///
     /// # Errors
     ///
@@ -182,7 +189,8 @@ impl FragmentBuilder {
     pub fn build_counted<T, S>(
         &self,
         source: &S,
-    ) -> std::result::Result<(FragmentMap<T>, FragmentCounts), S::Error>
+        mut watch: impl FnMut(Progress) -> ControlFlow<()>,
+    ) -> std::result::Result<Option<(FragmentMap<T>, FragmentCounts)>, S::Error>
     where
         T: Transmittance,
         S: HitSource<T>,
@@ -193,7 +201,11 @@ impl FragmentBuilder {
         let mut map = FragmentColumns::new();
         let mut counts = FragmentCounts::default();
         // A row of tiles at a time, so that no more is held twice.
-        for top in (0..height).step_by(TILE as usize) {
+        let rows = u64::from(height.div_ceil(TILE));
+        for (row, top) in (0..).zip((0..height).step_by(TILE as usize)) {
+            if watch(Progress::new(row, rows)).is_break() {
+                return Ok(None);
+            }
             let blocks: std::result::Result<Vec<_>, S::Error> = (0..columns)
                 .into_par_iter()
                 .map_init(Scratch::default, |scratch, column| {
@@ -211,7 +223,7 @@ impl FragmentBuilder {
                 blocks.iter().try_for_each(|block| append(&mut map, block, y))?;
             }
         }
-        Ok((FragmentMap::new(self.frame, map)?, counts))
+        Ok(Some((FragmentMap::new(self.frame, map)?, counts)))
     }
 
     /// The fragments of a block of pixels.

@@ -2,7 +2,7 @@
 //! compared with.
 
 use dsm_core::{
-    Error, HitSource, Rgb, ShadowCamera, SurfaceHit, TileHits, TileSamples, Transmittance,
+    Error, HitSource, Progress, Rgb, ShadowCamera, SurfaceHit, TileHits, TileSamples, Transmittance,
 };
 use dsm_testkit::config;
 use glam::{DMat4, DVec4, Vec3};
@@ -166,7 +166,8 @@ fn check<T: Transmittance>(
     met.iter_mut().for_each(|met| met.sample %= side * side);
     let builder = FragmentBuilder::new(camera(), SIZE, LIGHT_DEPTH).unwrap();
     let builder = builder.with_coverage(side).unwrap().with_layers(layers).unwrap();
-    let (map, counts) = builder.build_counted(&Scattered(met.clone())).unwrap();
+    let (map, counts) =
+        builder.build_counted(&Scattered(met.clone()), Progress::ignore).unwrap().unwrap();
     let mut cut_pixels = 0;
     for pixel in (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| [x, y])) {
         let (mut expected, is_cut) = naive(&builder, &met, pixel);

@@ -1,9 +1,10 @@
 //! Kind `fragments`: maps of fragments in `.dsm` files, as
 //! `docs/format/dsm-1.md`, section 13, defines it.
 
+use std::ops::ControlFlow;
 use std::path::Path;
 
-use dsm_core::{HitSource, MapInfo, Transmittance};
+use dsm_core::{HitSource, MapInfo, Progress, Transmittance};
 use dsm_io::detail::{
     AchievedError, EncodedTile, KindReader, KindWriter, MapTile, PixelValue, StoredTile,
     TileColumn, TileId,
@@ -243,25 +244,27 @@ impl<T: Transmittance> FragmentMap<T> {
 }
 
 /// Bakes a map of fragments into a file that replaces `output`, if there is one,
-/// in tiles of `tile_size` pixels packed as `block`. `info` tells all that the
-/// builder does not know, `describe` may add to it. Holds the map.
+/// in tiles as `options` say. `describe` may add to what the map says of itself;
+/// `watch` is told of rows of pixels before each, and may break it off. Holds the map.
 ///
 /// # Errors
 ///
-/// [`Error::HitSource`] with what the source says, else what keeps the file from
-/// being written.
+/// [`Error::HitSource`] with what the source says, [`Error::Interrupted`] if `watch`
+/// broke it off, else what keeps the file from being written.
 pub fn bake_fragments<T: Transmittance, S: HitSource<T>>(
     builder: &FragmentBuilder,
     source: &S,
     output: &Path,
-    (tile_size, block): (u32, Block),
+    options: WriteOptions,
     describe: impl FnOnce(&mut Metadata),
+    watch: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<BakeReport>
 where
     S::Error: std::error::Error + Send + Sync + 'static,
 {
-    let built = builder.build_counted::<T, S>(source);
-    let (map, counts) = built.map_err(|error| Error::HitSource(Box::new(error)))?;
+    let built = builder.build_counted::<T, S>(source, watch);
+    let built = built.map_err(|error| Error::HitSource(Box::new(error)))?;
+    let (map, counts) = built.ok_or(Error::Interrupted)?;
     let [width, height] = map.size();
     let coverage = builder.coverage();
     let info = MapInfo {
@@ -277,7 +280,6 @@ where
         // The header keeps an f32; the camera was moved back by one.
         light_depth: builder.frame().light_depth() as f32,
     };
-    let options = WriteOptions::default().with_tile_size(tile_size).with_block(block);
     let keys = FragmentKeys { layering, coverage };
     let mut writer = KindWriter::<Fragments>::create(output, metadata, &keys, options)?;
     let level = writer.levels()[0];
@@ -291,7 +293,7 @@ where
                 .flat_map(|row| columns.clone().map(move |column| (column, row)));
             let pushed = places.try_for_each(|(x, y)| lists.push_pixel(map.pixel(x, y)));
             let tile = FragmentTile { size: [rect.width, rect.height], columns: lists };
-            let encode = |()| Fragments::encode(&tile, Codec::Exact, block);
+            let encode = |()| Fragments::encode(&tile, Codec::Exact, options.block);
             Some(pushed.map_err(Error::from).and_then(encode))
         };
         let tiles: Vec<_> = (0..columns).into_par_iter().map(encode).collect();

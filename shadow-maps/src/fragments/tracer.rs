@@ -29,8 +29,8 @@ use super::umbra::is_blocked;
 
 /// Where a ray starts, in sides of a pixel at its receiver: for planes, whose
 /// outlines are known to a cell of their coverage, and for strands, whose depth is known
-/// at some place of their pixel: as far from its middle as its corners are, at most.
-const DEFAULT_START: [f64; 2] = [0.125, std::f64::consts::FRAC_1_SQRT_2];
+/// at some place of their pixel: as far from its middle as its borders are, or so.
+const DEFAULT_START: [f64; 2] = [0.125, 0.5];
 
 /// Receivers of either kind that a far table is tried on.
 const CHECKS: usize = 64;
@@ -199,7 +199,7 @@ impl<T: Transmittance> FragmentTracer<T> {
     /// for fragments with a plane, and `facing` for those without a normal. Both
     /// at least 0. By default a ray starts as far from its receiver as the map knows
     /// places there: by an eighth of a pixel's side at the receiver's depth, a cell of
-    /// coverage, and for strands by half a pixel's diagonal.
+    /// coverage, and for strands by half a pixel's side.
     #[must_use]
     pub fn with_start(self, plane: f64, facing: f64) -> Self {
         Self { starts: Starts::Distances([plane.max(0.0), facing.max(0.0)]), ..self }

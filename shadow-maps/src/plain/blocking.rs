@@ -31,9 +31,12 @@ pub(crate) struct NearestDepths {
     depths: Vec<f32>,
     /// Random bits of each sample.
     bits: Vec<u32>,
-    /// Sample and depth of what lets light through, in this order, with the opacity of
-    /// the sample's channel.
-    chances: Vec<(u64, f32)>,
+    /// What lets light through: its sample, its depth's bits above those of the opacity
+    /// in the sample's channel.
+    chances: Vec<(u32, u64)>,
+    /// The same of one sample after the other, and where those of each end.
+    sorted: Vec<u64>,
+    ends: Vec<u32>,
     /// Sample and depth of stretches of media, and which they are.
     stretches: Vec<(u64, u32)>,
 }
@@ -45,6 +48,8 @@ impl NearestDepths {
             depths: Vec::new(),
             bits: Vec::new(),
             chances: Vec::new(),
+            sorted: Vec::new(),
+            ends: Vec::new(),
             stretches: Vec::new(),
         }
     }
@@ -79,7 +84,8 @@ impl NearestDepths {
                 *depth = depth.min(hit.depth);
             } else if self.blocking == Blocking::Stochastic && hit.depth < *depth {
                 let channel = self.bits[sample as usize] as usize % T::CHANNELS;
-                self.chances.push((key(sample, hit.depth), hit.opacity.channel(channel)));
+                let opacity = hit.opacity.channel(channel).to_bits();
+                self.chances.push((sample, key(hit.depth.to_bits(), opacity)));
             }
         }
         self.take_chances();
@@ -101,15 +107,35 @@ impl NearestDepths {
     /// Lets every surface that lets light through stop its sample by chance, the nearest
     /// first.
     fn take_chances(&mut self) {
-        let Self { chances, depths, bits, .. } = self;
-        chances.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-        let mut ranks = Ranks::default();
-        for &(key, opacity) in chances.iter() {
-            let (sample, depth) = sample_and_depth(key);
-            let rank = ranks.next(sample);
-            let number = unit32(mix32(bits[sample] ^ mix32(rank)));
-            if depth < depths[sample] && number < f64::from(opacity) {
-                depths[sample] = depth;
+        let Self { chances, sorted, ends, depths, bits, .. } = self;
+        if chances.is_empty() {
+            return;
+        }
+        // By counting; where those of a sample start becomes where they end.
+        ends.clear();
+        ends.resize(depths.len() + 1, 0);
+        chances.iter().for_each(|(sample, _)| ends[*sample as usize + 1] += 1);
+        for sample in 1..ends.len() {
+            ends[sample] += ends[sample - 1];
+        }
+        sorted.clear();
+        sorted.resize(chances.len(), 0);
+        for &(sample, chance) in chances.iter() {
+            let end = &mut ends[sample as usize];
+            sorted[*end as usize] = chance;
+            *end += 1;
+        }
+        let mut start = 0;
+        for ((depth, &bits), &end) in depths.iter_mut().zip(bits.iter()).zip(ends.iter()) {
+            let own = &mut sorted[start..end as usize];
+            start = end as usize;
+            own.sort_unstable();
+            let stops = |&(rank, chance): &(u32, u64)| {
+                unit32(mix32(bits ^ mix32(rank))) < f64::from(f32::from_bits(chance as u32))
+            };
+            let nearest = (0..).zip(own.iter().copied()).find(stops);
+            if let Some((_, chance)) = nearest {
+                *depth = depth.min(f32::from_bits((chance >> 32) as u32));
             }
         }
     }
@@ -120,15 +146,17 @@ impl NearestDepths {
         let Self { stretches, depths, bits, .. } = self;
         stretches.clear();
         let numbered = (0..).zip(segments);
-        stretches
-            .extend(numbered.map(|(index, (sample, segment))| (key(*sample, segment.near), index)));
+        stretches.extend(
+            numbered
+                .map(|(index, (sample, segment))| (key(*sample, segment.near.to_bits()), index)),
+        );
         let segment = |index: u32| &segments[index as usize].1;
         stretches.sort_unstable_by(|a, b| {
             a.0.cmp(&b.0).then_with(|| segment(a.1).far.total_cmp(&segment(b.1).far))
         });
         let mut ranks = Ranks::default();
         for &(key, index) in stretches.iter() {
-            let (sample, near) = sample_and_depth(key);
+            let (sample, near) = ((key >> 32) as usize, f32::from_bits(key as u32));
             // Other numbers than those of surfaces.
             let rank = !ranks.next(sample);
             if near < depths[sample] {
@@ -158,13 +186,9 @@ fn end_of_path<T: Transmittance>(
     (square >= 0.0 && along <= length).then(|| (f64::from(segment.near) + along) as f32)
 }
 
-/// What samples and their depths are sorted by: depths are not negative.
-fn key(sample: u32, depth: f32) -> u64 {
-    u64::from(sample) << 32 | u64::from(depth.to_bits())
-}
-
-fn sample_and_depth(key: u64) -> (usize, f32) {
-    ((key >> 32) as usize, f32::from_bits(key as u32))
+/// What is sorted by one word, then by another.
+fn key(first: u32, then: u32) -> u64 {
+    u64::from(first) << 32 | u64::from(then)
 }
 
 /// Counts what comes in the order of samples, for each from 0.

@@ -35,7 +35,7 @@ use crate::trial::Trial;
 ///
 /// let points = [0.5, 1.5].map(|y| Placement::receiver(DVec3::Y * y, 0));
 /// let light = AreaLight::point(DVec3::Y * 9.0);
-/// let check = |make: &dyn Fn(&Trial) -> Above| {
+/// let check = |make: &(dyn Fn(&Trial) -> Above + Sync)| {
 ///     check_light_visibility(make, 2.0, &points, &light, &Agreement::default())
 /// };
 /// assert!(check(&|trial| Above(trial.placement.point(DVec3::Y).y)).is_ok());

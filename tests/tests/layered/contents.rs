@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use dsm_core::{
-    Error, HitSource, Rgb, SurfaceHit, TileHits, TileSamples, Tolerance, Transmittance,
+    Error, HitSource, Progress, Rgb, SurfaceHit, TileHits, TileSamples, Tolerance, Transmittance,
     VisibilityField,
 };
 use dsm_io::detail::{AchievedError, KindReader, KindWriter, Memory, PixelValue, TileId};
@@ -46,7 +46,8 @@ fn planes_and_masks<T: Transmittance>() {
     let builder = fragments().with_coverage(8).unwrap();
     let map: FragmentMap<T> = builder.build(&Panes).unwrap();
     for block in [Block::Plain, Block::Zstd] {
-        bake_fragments::<T, _>(&builder, &Panes, &path, (4, block), |_| {}).unwrap();
+        bake_fragments::<T, _>(&builder, &Panes, &path, packed(block), |_| {}, Progress::ignore)
+            .unwrap();
         let reader = KindReader::<Fragments>::open(&path, &Limits::default()).unwrap();
         assert_eq!(FragmentMap::<T>::read(&reader).unwrap(), map);
         assert!(reader.verify().is_empty());
@@ -156,7 +157,14 @@ fn bakes_count_hits_and_what_was_cut() {
     assert!(cut_runs.cut_pixels > cut);
     let [planes, cut_planes] = [32, 2].map(|layers| {
         let builder = fragments().with_layers(layers).unwrap();
-        bake_fragments::<f32, _>(&builder, &source(), &path, (4, Block::Zstd), |_| {})
+        bake_fragments::<f32, _>(
+            &builder,
+            &source(),
+            &path,
+            packed(Block::Zstd),
+            |_| {},
+            Progress::ignore,
+        )
     });
     let BakeReport { hits, cut_pixels, .. } = planes.unwrap();
     assert!(hits > fragment_map::<f32>().len() as u64 && cut_pixels == 0);
@@ -235,4 +243,9 @@ fn levels_and_views_have_tiles_of_the_kind() {
     assert_eq!(cursor.evaluate([1, 0], 9.0).unwrap(), map.cursor().evaluate([1, 0], 9.0).unwrap());
     assert_eq!(map.view_pyramid(1).unwrap().levels().len(), 1);
     assert!(map.view_pyramid(2).is_err());
+}
+
+/// Tiles of 4 pixels packed so.
+fn packed(block: Block) -> WriteOptions {
+    WriteOptions::default().with_tile_size(4).with_block(block)
 }

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use dsm_core::{Error, RayHits, RaySource, SamplePoint, ShadowCamera, SurfaceHit, Transmittance};
 use dsm_io::detail::{ErasedMap, KindReader, Memory};
-use dsm_io::{Block, Container, Kinds, Limits, MapKind};
+use dsm_io::{Block, Container, Kinds, Limits, MapKind, WriteOptions};
 use glam::{DMat4, DVec4};
 use mtsm::{Layers, Mtsm, MultilayerBaker, MultilayerSettings, bake_layers, bake_mtsm};
 use shadow_maps::fragments::{FragmentBuilder, FragmentMap, Fragments, bake_fragments};
@@ -87,8 +87,10 @@ pub(crate) fn file<T: Transmittance>(kind: &str, block: Block) -> Vec<u8> {
         Layers::NAME => bake_layers(&baker, &path, block, |_| {}, watch).unwrap().bytes,
         _ => {
             let source: RaySource<Ray<T>> = RaySource(sheets::<T>);
-            let tiles = (4, block);
-            bake_fragments::<T, _>(&fragments(), &source, &path, tiles, |_| {}).unwrap().bytes
+            let options = WriteOptions::default().with_tile_size(4).with_block(block);
+            bake_fragments::<T, _>(&fragments(), &source, &path, options, |_| {}, watch)
+                .unwrap()
+                .bytes
         }
     };
     let file = std::fs::read(&path).unwrap();
