@@ -109,8 +109,8 @@ impl Filter {
         self.width
     }
 
-    /// The same filter where a pixel's side is `scale` times as many pixels,
-    /// at least as wide as its shape must be.
+    /// This filter where a pixel's side is `scale` times as many pixels, at least
+    /// as wide as its shape must be.
     #[inline(always)]
     pub(crate) fn scaled(self, scale: f32) -> Self {
         let width = (self.width * scale).max(self.shape.minimum_width());
@@ -139,7 +139,7 @@ impl Filter {
         weights
     }
 
-    /// How many pixels beyond a pixel the filter reaches.
+    /// Number of pixels beyond a pixel that the filter reaches.
     pub(crate) fn border(self) -> f64 {
         (0.5 * f64::from(self.width) - 0.5).ceil()
     }

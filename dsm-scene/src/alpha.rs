@@ -174,7 +174,7 @@ impl Alpha {
         }
     }
 
-    /// Whether the opacity is the same everywhere.
+    /// True if the opacity is the same everywhere.
     pub(crate) fn is_even(&self) -> bool {
         self.texture.is_none() || self.mode == AlphaMode::Opaque
     }

@@ -59,8 +59,8 @@ impl Bounds {
         Self { min: centre - reach, max: centre + reach }
     }
 
-    /// Where the line `origin` + t · `direction` is inside; `None` where
-    /// nowhere.
+    /// The range of t where the line `origin` + t · `direction` is inside; `None`
+    /// where nowhere.
     pub(crate) fn clip(&self, origin: DVec3, direction: DVec3) -> Option<(f64, f64)> {
         let (mut near, mut far) = (f64::NEG_INFINITY, f64::INFINITY);
         for axis in 0..3 {

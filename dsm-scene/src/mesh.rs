@@ -9,7 +9,7 @@ use crate::error::{Error, Place, Result};
 /// No coordinate may be larger: squares of it must be finite in `f32`.
 pub(crate) const LARGEST_COORDINATE: f32 = 1e18;
 
-/// Whether a point can be part of a scene.
+/// Checks that a point can be part of a scene.
 pub(crate) fn check_point(point: Vec3, place: impl FnOnce() -> Place) -> Result<()> {
     if point.abs().cmple(Vec3::splat(LARGEST_COORDINATE)).all() {
         Ok(())

@@ -12,9 +12,9 @@ const BRICK_LOG2: i32 = 3;
 const BRICK: i32 = 1 << BRICK_LOG2;
 const BRICK_VOXELS: usize = 1 << (3 * BRICK_LOG2);
 
-/// How many bricks the box around all of them may hold: 64 MiB of table.
+/// The largest number of bricks in the box around all of them: 64 MiB of table.
 const MAX_BRICKS: u64 = 1 << 24;
-/// How far from the origin a voxel may lie.
+/// The largest distance of a voxel from the origin, along an axis.
 const MAX_COORDINATE: i32 = 1 << 28;
 
 /// A density on a grid of voxels, which stand at whole numbers of index space:
@@ -360,7 +360,7 @@ impl Cell {
     /// Nothing at any corner.
     pub(crate) const EMPTY: Self = Self([0.0; 8]);
 
-    /// Whether there is no density at any corner.
+    /// True if there is no density at any corner.
     pub(crate) fn is_empty(&self) -> bool {
         self.0 == [0.0; 8]
     }

@@ -115,7 +115,7 @@ impl<T: Transmittance> ExactBaker<T> {
         }
     }
 
-    /// Hands the pixels of `block` to `visit`, row by row.
+    /// Passes the pixels of `block` to `visit`, row by row.
     pub(super) fn run<S: HitSource<T>>(
         &mut self,
         source: &S,
@@ -134,7 +134,7 @@ impl<T: Transmittance> ExactBaker<T> {
         Ok(hits)
     }
 
-    /// Hands what the samples under the pixels of `block` meet to `visit`, row
+    /// Passes the hits of the samples under the pixels of `block` to `visit`, row
     /// by row.
     pub(super) fn run_rays<S: HitSource<T>>(
         &mut self,
@@ -282,7 +282,7 @@ impl<T: Transmittance> Media<T> {
         curved
     }
 
-    /// Where the functions of a pixel of the block and its border are kept.
+    /// The index of the functions of a pixel of the block and its border.
     fn place(&self, pixel: u32) -> usize {
         let (row, column) = (pixel / self.columns, pixel % self.columns);
         (row % self.rows * self.columns + column) as usize

@@ -34,7 +34,7 @@ impl<T: Transmittance> Footprint<T> {
         Self { filter, border, weights, keys: Vec::new(), opacities: Vec::new() }
     }
 
-    /// How many pixels beyond a pixel the filter reaches.
+    /// Number of pixels beyond a pixel that the filter reaches.
     pub(super) const fn border(&self) -> u32 {
         self.border
     }

@@ -127,13 +127,13 @@ impl BakeSettings {
         self.tolerance.unwrap_or_else(auto)
     }
 
-    /// How many pixels beyond a pixel the filter reaches.
+    /// Number of pixels beyond a pixel that the filter reaches.
     pub(super) fn border(&self) -> u32 {
         // Saturates, and `check` refuses that.
         self.filter.border() as u32
     }
 
-    /// What is wrong, or the rays of the camera.
+    /// Checks the settings, and makes the rays of the camera.
     pub(super) fn check(&self) -> Result<Option<MapCamera>> {
         let refuse = |setting, reason| Err(Error::Setting { setting, reason });
         if !self.size.iter().all(|size| (1..=Self::MAX_SIZE).contains(size)) {
@@ -217,8 +217,8 @@ impl Block {
     /// and their hits should fit a core's cache.
     const SAMPLES: u64 = 1 << 14;
 
-    /// The same where a filter reaches over the border, so that what is
-    /// sampled twice stays a small part.
+    /// Samples that a block holds at most where a filter reaches over the border,
+    /// so that the part that is sampled twice stays small.
     const SAMPLES_WITH_BORDER: u64 = 1 << 18;
 
     /// Columns and rows within the block, row by row.

@@ -156,7 +156,7 @@ impl RayDirections {
     }
 }
 
-/// Whether a number is an `f32`, or what the shortest decimals of one read as.
+/// True for an `f32`, or the number that the shortest decimals of one read as.
 fn is_single(number: f64) -> bool {
     let single = number as f32;
     f64::from(single) == number || single.to_string().parse() == Ok(number)

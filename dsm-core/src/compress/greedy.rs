@@ -187,7 +187,7 @@ impl<T: Transmittance> GreedyCompressor<T> {
         }
     }
 
-    /// Whether V has fallen to its announced end in every channel.
+    /// True if V has fallen to its announced end in every channel.
     fn has_ended(&self, vertex: &SumVertex<T>) -> bool {
         let mut both = vertex.value.as_ref().iter().zip(self.ended.as_ref());
         both.all(|(value, ended)| value <= ended)
@@ -270,7 +270,7 @@ impl<T: Transmittance> GreedyCompressor<T> {
         self.state = State::Ended;
     }
 
-    /// Holds the input to what it promises.
+    /// Checks the input against its contract.
     #[cfg(debug_assertions)]
     fn check(&mut self, vertex: &SumVertex<T>) {
         let [before, previous] = self.pushed;

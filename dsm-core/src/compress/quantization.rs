@@ -81,7 +81,7 @@ impl Quantization {
         f32::from_bits(quarter.to_bits() & !((1 << MANTISSA) - 1))
     }
 
-    /// What is left of a tolerance for compression: half a step less.
+    /// The tolerance that is left for compression: half a step less.
     pub(crate) fn rest(tolerance: Tolerance) -> Tolerance {
         tolerance.after(0.5 * f64::from(Self::value_step(tolerance)))
     }

@@ -306,7 +306,7 @@ fn vertices<F: Polyline>(function: &F) -> impl Iterator<Item = Vertex<F::Sum>> {
     (0..function.vertex_count()).map(|vertex| function.sum_vertex(vertex))
 }
 
-/// What `function` ends with.
+/// The final value of `function`.
 fn last<T: Transmittance>(function: &impl Polyline<Sum = T::Sum>) -> T::Sum {
     let last = function.vertex_count().checked_sub(1);
     last.map_or(T::CLEAR.to_sum(), |last| function.sum_vertex(last).value)

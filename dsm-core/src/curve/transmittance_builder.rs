@@ -133,7 +133,7 @@ impl<T: Transmittance> TransmittanceBuilder<T> {
     }
 }
 
-/// What surfaces and an optical depth together let through.
+/// The transmittance of surfaces and an optical depth together.
 fn transmittance<T: Transmittance>(
     surfaces: &RunningTransmittance<T>,
     optical_depth: T::Sum,
@@ -190,7 +190,7 @@ impl<T: Transmittance> Passing<T> {
         writer.line_to(far, end);
     }
 
-    /// Where the chord from `z`, with value `value`, may end.
+    /// The depth where the chord from `z`, with value `value`, may end.
     fn next(&self, z: f32, far: f32, value: T::Sum, end: T::Sum) -> f32 {
         let here = f64::from(z);
         let mut length = f64::INFINITY;

@@ -45,8 +45,8 @@ pub enum Footprint {
     },
 }
 
-/// How many times longer than wide an ellipse is at most when it chooses its
-/// level: what bounds the pixels it reaches there.
+/// The largest ratio of an ellipse's axes when it chooses its level: this bounds
+/// the pixels it reaches there.
 const LONGEST: f64 = 16.0;
 
 impl Footprint {
@@ -62,8 +62,7 @@ impl Footprint {
         }
     }
 
-    /// The same footprint where a pixel's side is `scale` times as many
-    /// pixels.
+    /// This footprint where a pixel's side is `scale` times as many pixels.
     #[inline(always)]
     pub(super) fn scaled(self, scale: f32) -> Self {
         match self {

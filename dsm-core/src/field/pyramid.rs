@@ -81,7 +81,7 @@ pub struct Pyramid<F> {
     places: Vec<Place>,
 }
 
-/// Where a level lies in the map.
+/// The place of a level in the map.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     /// The side of a pixel of level 0, in its own.

@@ -31,8 +31,8 @@ impl Receiver {
         Self { position, depth, bias: 0.0, depth_gradient: [0.0; 2] }
     }
 
-    /// Whether the receiver lies in a field of this size and behind the light,
-    /// with no NaN: else it is lit.
+    /// True if the receiver lies in a field of this size and behind the light, with
+    /// no NaN: else it is lit.
     #[inline(always)]
     pub(super) fn is_shaded_by(&self, Extent([width, height]): Extent) -> bool {
         let [x, y] = self.position;
@@ -40,15 +40,15 @@ impl Receiver {
         x >= 0.0 && y >= 0.0 && x < width && y < height && self.depth > 0.0
     }
 
-    /// The same receiver where a pixel's side is `scale`, a power of two,
-    /// times as many pixels.
+    /// This receiver where a pixel's side is `scale`, a power of two, times as many
+    /// pixels.
     #[inline(always)]
     pub(super) fn scaled(self, scale: f32) -> Self {
         let ([x, y], [dx, dy]) = (self.position, self.depth_gradient);
         Self { position: [x * scale, y * scale], depth_gradient: [dx / scale, dy / scale], ..self }
     }
 
-    /// How far the centre of the pixel with this index along `axis` is from
+    /// The distance of the centre of the pixel with this index along `axis` from
     /// the receiver.
     #[inline(always)]
     pub(super) fn offset(&self, axis: usize, pixel: u32) -> f64 {

@@ -19,8 +19,9 @@ use crate::transmittance::Transmittance;
 /// a pixel: 86 degrees.
 const STEEPEST: f64 = 16.0;
 
-/// The same for strands. Steeper ones fill less of a pixel, so that less of
-/// them is in their own way, and others stand close.
+/// The steepest strand that an automatic bias follows, in pixel sides of depth a
+/// pixel. Steeper ones fill less of a pixel, so that less of them is in their own
+/// way, and others stand close.
 const STEEPEST_STRAND: f64 = 1.5;
 
 /// Pixel sides that are added to an automatic bias: the depth of surfaces that
@@ -234,8 +235,8 @@ impl ShadowLookup {
         (if faces { bias } else { -bias }, gradient)
     }
 
-    /// How many pixels of level 0 a side of the coarsest pixel that is read
-    /// has, in a map of `levels` levels.
+    /// The side of the coarsest pixel that is read in a map of `levels` levels, in
+    /// pixels of level 0.
     fn coarseness(&self, levels: usize) -> f64 {
         let level = match self.level {
             LevelChoice::Fixed(level) => level,

@@ -114,8 +114,8 @@ impl PixelSampling {
         self.cells.len() as u32
     }
 
-    /// Hands the samples of `pixel` to `sink`: x and y in (0, 1) within the
-    /// pixel, and the time in [0, 1). `order` is scratch memory.
+    /// Passes the samples of `pixel` to `sink`: x and y in (0, 1) within the pixel,
+    /// and the time in [0, 1). `order` is scratch memory.
     pub(crate) fn sample(
         &self,
         pixel: [i32; 2],

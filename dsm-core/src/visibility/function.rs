@@ -57,7 +57,7 @@ impl<'a, T: Transmittance> VisibilityView<'a, T> {
         Self { z, values, channels: PhantomData }
     }
 
-    /// Holds the columns to the invariant of this module.
+    /// Checks the columns against the invariant of this module.
     fn check(self) -> Result<()> {
         let count = self.z.len();
         let refuse = |vertex, reason| Err(Error::Visibility { vertex, reason });
@@ -205,8 +205,8 @@ impl<'a, T: Transmittance> VisibilityView<'a, T> {
     }
 }
 
-/// How far `z` is on its way from `z0` to `z1`, in \[0, 1\]. Of a depth
-/// that is both, anything finite.
+/// The fraction of the way from `z0` to `z1` at `z`, in \[0, 1\]. Of a depth that
+/// is both, anything finite.
 #[inline(always)]
 pub(crate) fn share(z: f32, z0: f32, z1: f32) -> f64 {
     let (z0, z1) = (f64::from(z0), f64::from(z1));

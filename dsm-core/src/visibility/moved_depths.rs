@@ -45,9 +45,9 @@ impl VisibilityDifference {
     }
 }
 
-/// How far `function` is above `other`, moved behind by `by`, at most: at either
-/// side of every vertex of both, between which they are linear. With the depth
-/// and the channel; 0 if it is nowhere above.
+/// The largest distance of `function`, moved behind by `by`, above `other`: at
+/// either side of every vertex of both, between which they are linear. With the
+/// depth and the channel; 0 if it is nowhere above.
 fn max_above<A, B>(function: &A, by: f64, other: &B) -> (f64, f32, usize)
 where
     A: Polyline + ?Sized,

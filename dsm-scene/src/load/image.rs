@@ -10,7 +10,7 @@ use crate::error::{Error, Place, Result};
 /// An image may unpack to this many bytes.
 const MAX_BYTES: usize = 1 << 30;
 
-/// Which channel of an image says how opaque it is.
+/// The channel of an image that holds opacity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Channel {
     /// Alpha; images without it are opaque.

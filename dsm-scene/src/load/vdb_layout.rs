@@ -18,10 +18,10 @@ const ACTIVE_MASK: u32 = 2;
 const BLOSC: u32 = 4;
 /// Voxels farther out would not be told apart in `f32`.
 const MAX_DISTANCE: i32 = 1 << 24;
-/// What a block of Blosc begins with, in bytes.
+/// Size of the header of a Blosc block, in bytes.
 const BLOSC_HEADER: usize = 16;
 
-/// What a grid's header says.
+/// The header of a grid.
 #[derive(Clone, Debug)]
 pub(super) struct GridLayout {
     pub(super) name: String,
@@ -130,7 +130,7 @@ fn ones(mask: &[u8]) -> u32 {
     mask.iter().map(|byte| byte.count_ones()).sum()
 }
 
-/// How the values of a grid are stored.
+/// The storage of a grid's values.
 struct Values {
     compression: u32,
     size: usize,
@@ -211,7 +211,7 @@ impl<'a> Cursor<'a> {
         Ok(taken)
     }
 
-    /// The same file at another place.
+    /// The file at another offset.
     fn at(self, at: usize) -> Result<Self> {
         if at <= self.bytes.len() {
             Ok(Self { at, ..self })

@@ -11,8 +11,8 @@ const SIDE: i32 = 16;
 /// Bins have to be larger if there were more of them.
 const MAX_BINS: usize = 1 << 20;
 
-/// How often primitives may stand in bins: so many times each, and so many in
-/// all beside that.
+/// The largest number of references to primitives in bins: so many for each, and so
+/// many in all beside that.
 const REFERENCES: (u64, u64) = (15, 1 << 22);
 
 /// Squares of 16 × 16 pixels over the map, and around it one ring of bins that
@@ -47,7 +47,7 @@ impl Bins {
         Self { area, starts: Vec::new(), items: Vec::new() }
     }
 
-    /// How many bins there are.
+    /// Number of bins.
     pub(super) fn count(&self) -> usize {
         self.area.columns() * self.area.rows()
     }

@@ -34,13 +34,13 @@ impl CellHits {
         }
     }
 
-    /// Hands over the hits.
+    /// Adds the hits to `hits`.
     #[inline]
     pub(super) fn push<T: Transmittance>(&self, opacity: T, hits: &mut TileHits<T>) -> Result<()> {
         hits.push_surfaces(&self.samples[..self.count], &self.depths[..self.count], opacity)
     }
 
-    /// Hands over the hits, each with the normal of its primitive.
+    /// Adds the hits to `hits`, each with the normal of its primitive.
     pub(super) fn push_with_normals<T: Transmittance, P: Primitive>(
         &self,
         opacity: T,

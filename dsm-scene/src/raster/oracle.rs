@@ -31,7 +31,7 @@ fn camera(projection: DMat4) -> ShadowCamera {
     ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(projection) }
 }
 
-/// The same camera elsewhere in the world.
+/// This camera elsewhere in the world.
 pub(super) fn placed(camera: ShadowCamera, view: DMat4) -> ShadowCamera {
     let placed = |matrix: Option<DMat4>| matrix.map(|matrix| matrix * view);
     ShadowCamera {
@@ -64,7 +64,7 @@ impl Ray {
         Self { start, direction: next - start }
     }
 
-    /// From the ray to a point, in the point's plane of constant depth.
+    /// The vector from the ray to a point, in the point's plane of constant depth.
     fn to(&self, point: DVec3) -> DVec2 {
         (point - self.start + self.direction * point.z).truncate()
     }

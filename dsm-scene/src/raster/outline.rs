@@ -86,7 +86,7 @@ impl Edge {
         Self { top, bottom, slope: (bottom[0] - top[0]) / (bottom[1] - top[1]) }
     }
 
-    /// Where the line is at height `y`.
+    /// The x of the line at height `y`.
     #[inline(always)]
     fn at(&self, y: f32) -> f32 {
         self.top[0] + (y - self.top[1]) * self.slope

@@ -88,7 +88,7 @@ pub struct Rasterizer<T: Transmittance> {
     scratch: Mutex<Vec<Scratch>>,
 }
 
-/// What a block takes.
+/// The working memory of a block.
 #[derive(Clone, Debug, Default)]
 struct Scratch {
     lists: [CellLists; 4],
@@ -239,7 +239,7 @@ impl<T: Transmittance> Rasterizer<T> {
         Self { near: depth.max(0.0), ..self }
     }
 
-    /// The same hits with the instructions of another level of processors.
+    /// Sets the level of instructions; the hits stay the same.
     #[cfg(test)]
     pub(super) fn with_level(mut self, level: Level) -> Self {
         self.level = level;

@@ -37,7 +37,7 @@ pub(super) struct RaySegment<const KEYS: usize> {
 }
 
 impl<const KEYS: usize> RaySegment<KEYS> {
-    /// From the ends' points in camera space and radii.
+    /// The segment between points in camera space, with their radii.
     pub(super) fn new(rays: &Rays, keys: [[(DVec3, f32); 2]; KEYS]) -> Self {
         let corner = |(point, radius)| Corner::new(rays, point, radius);
         Self { ends: keys.map(|ends| ends.map(corner)) }

@@ -16,7 +16,7 @@ use super::segment::Segment;
 
 const SIZE: [u32; 2] = [40, 30];
 
-/// What a test looks at: primitives where the shutter opens and closes.
+/// The scene of a test: primitives where the shutter opens and closes.
 #[derive(Clone, Debug)]
 struct Scene {
     segments: Vec<[Segment; 2]>,
@@ -47,7 +47,7 @@ impl Scene {
         builder.build().unwrap()
     }
 
-    /// What a ray does to all primitives, with their opacities.
+    /// The outcomes of a ray against all primitives, with their opacities.
     fn naive(&self, ray: &Ray, point: SamplePoint, distinct: bool) -> Vec<(f32, Expected)> {
         let time = if self.moving { point.time } else { 0.0 };
         let segments = self
@@ -77,7 +77,7 @@ fn found(rasterizer: &Rasterizer<f32>, samples: &TileSamples) -> Vec<Vec<(u32, u
     found
 }
 
-/// How many hits were sure.
+/// The number of hits that were certain.
 fn check(scene: &Scene, camera: &ShadowCamera, samples: &TileSamples, distinct: bool) -> usize {
     let found = found(&scene.rasterizer(camera, distinct), samples);
     let mut sure = 0;

@@ -118,7 +118,7 @@ impl<'a> PathTracer<'a> {
     }
 }
 
-/// Where along the samples the optical depth `left` is used up; else takes
+/// The t along the samples where the optical depth `left` is used up; else takes
 /// theirs off it. `scale` is optical depth per density and unit of t.
 fn depth_within(samples: &[DensitySample], scale: f64, left: &mut f64) -> Option<f64> {
     for pair in samples.windows(2) {

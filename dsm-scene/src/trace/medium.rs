@@ -75,7 +75,8 @@ pub(crate) fn march(
     flush(samples, &mut stretch);
 }
 
-/// Where the line leaves the box of cells, and through which side.
+/// The parameter where the line leaves the box of cells, and the side it leaves
+/// through.
 fn exit(origin: DVec3, direction: DVec3, start: IVec3, side: i32) -> (f64, usize) {
     let mut nearest = (f64::INFINITY, 0);
     for axis in 0..3 {
@@ -107,7 +108,7 @@ fn push_cell(
     }
 }
 
-/// How many pieces of the cubic between `begin` and `end` are off by at most
+/// Number of pieces of the cubic between `begin` and `end` that are off by at most
 /// `within` each.
 fn pieces([begin, end]: [f64; 2], within: f64, density: &impl Fn(f64) -> f32) -> u32 {
     if within == f64::INFINITY {

@@ -14,15 +14,15 @@ use crate::bounds::Bounds;
 use crate::error::Result;
 use crate::scene::{Object, Scene, Shape};
 
-/// What the optical depth of media may be off by within a cell of voxels.
+/// The error that the optical depth of media may have within a cell of voxels.
 const DEPTH_ERROR: f64 = 6e-6;
 
 /// Extinctions above are cut off: they block everything.
 const MAX_EXTINCTION: f64 = 1e30;
 
-/// How far off the surface a ray meets the place is that was computed for it, as
-/// a share of the lengths that it was computed from: 1,024 roundings of `f64`, as
-/// slim triangles and slanting rays take a few of them many times.
+/// The distance of a computed hit from its surface, as a share of the lengths that
+/// it was computed from: 1,024 roundings of `f64`, as slim triangles and slanting
+/// rays take a few of them many times.
 const ROUNDING: f64 = 512.0 * f64::EPSILON;
 
 /// A scene prepared for ray tracing: a bounding volume hierarchy a shape, in its
@@ -91,9 +91,9 @@ impl TracedScene {
         Ok(Self { objects, reach })
     }
 
-    /// How far a point of something may lie beside it for rounding alone, if its
-    /// place was computed in `f64` from `places` and from where things stand: in scene
-    /// units. A ray that leaves the point passes over as much.
+    /// The error of the position of a point from rounding alone, if it was computed
+    /// in `f64` from `places` and from where things stand: in scene units. A ray
+    /// that leaves the point passes over as much.
     pub(crate) fn rounding(&self, places: &[DVec3]) -> f64 {
         let farthest = places.iter().map(|place| place.abs().max_element());
         ROUNDING * farthest.fold(self.reach, f64::max)
@@ -111,7 +111,7 @@ impl TracedScene {
         self.objects.iter().any(|object| object.inverse.is_none())
     }
 
-    /// Whether any opacity has a colour.
+    /// True if any opacity has a colour.
     pub(crate) fn is_coloured(&self) -> bool {
         self.objects.iter().any(|object| !object.object.opacity.is_mono())
     }

@@ -44,7 +44,7 @@ impl Agreement {
         self.tolerance
     }
 
-    /// Why columns of answers do not agree, if they don't.
+    /// The reason why columns of answers do not agree, if they don't.
     pub(crate) fn refusal(&self, wanted: &[f64], found: &[f64]) -> Option<String> {
         if wanted.len() != found.len() {
             return Some(format!("{} answers in place of {}", found.len(), wanted.len()));

@@ -56,7 +56,7 @@ where
     check_answers(radius, agreement, |trial| answers(&make(trial), trial, radius, camera, size))
 }
 
-/// What samples met, sample after sample.
+/// The hits of samples, sample after sample.
 fn answers<T: Transmittance, S: HitSource<T>>(
     source: &S,
     trial: &Trial,
@@ -160,7 +160,7 @@ mod tests {
     use dsm_core::{Error, SurfaceHit, VolumeSample};
     use glam::{DMat4, Vec3};
 
-    /// How a source is wrong.
+    /// The fault of a source.
     #[derive(Clone, Copy, Debug, PartialEq)]
     enum Fault {
         None,

@@ -60,7 +60,7 @@ where
     check_answers(radius, agreement, |trial| answers(&make(trial), trial, rays))
 }
 
-/// What is left on every ray, channel after channel.
+/// The transmittance of every ray, channel after channel.
 fn answers<V>(tracer: &V, trial: &Trial, rays: &[(DVec3, DVec3, f64)]) -> Result<Vec<f64>, String>
 where
     V: OcclusionTracer,

@@ -28,7 +28,8 @@ impl Trial {
     /// The scene as it is, in tiles of 64, on one thread.
     pub const FIRST: Self = Self { placement: Placement::HERE, tile_size: 64, threads: 1 };
 
-    /// The same scene in other tiles and on other threads: nothing may change, not a bit.
+    /// The scene in other tiles and on other threads: nothing may change, not a
+    /// bit.
     pub(crate) fn alike() -> [Self; 2] {
         [Self { tile_size: 16, threads: 3, ..Self::FIRST }, Self { threads: 2, ..Self::FIRST }]
     }

@@ -13,7 +13,7 @@ use crate::alpha::{Alpha, AlphaMode, AlphaTexture, Wrap};
 use crate::error::{Error, Place, Result};
 use crate::load::image::{Channel, decode};
 
-/// Where the materials of a file find their images.
+/// The images of a file's materials.
 pub(super) struct Images<'a> {
     pub(super) document: &'a Document,
     pub(super) buffers: &'a Buffers,
@@ -62,7 +62,7 @@ impl Images<'_> {
     }
 }
 
-/// Which set of texture coordinates the base colour takes.
+/// The set of texture coordinates of the base colour.
 pub(super) fn uv_set(material: &Material<'_>) -> u32 {
     let colour = material.pbr_metallic_roughness();
     colour.base_color_texture().map_or(0, |info| {

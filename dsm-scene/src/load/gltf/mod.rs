@@ -83,7 +83,7 @@ fn parse(bytes: &[u8], folder: &Path) -> Result<TriangleMesh> {
         .with_alphas(mesh.alphas, mesh.triangle_alphas)
 }
 
-/// The same error, with where it happened in front.
+/// The error with its place in front.
 fn at_place(error: Error, place: &str) -> Error {
     match error {
         Error::Malformed { place: Place::Whole, reason } => {
