@@ -20,7 +20,7 @@ pub enum Error {
     FilterWidth {
         /// The filter's shape.
         shape: &'static str,
-        /// The width that was asked for, in pixels.
+        /// The width that was given, in pixels.
         width: f32,
         /// The narrowest width of that shape.
         minimum: f32,
@@ -73,7 +73,7 @@ pub enum Error {
     Sample {
         /// Index of the sample.
         sample: u32,
-        /// The number of samples that was asked for.
+        /// The number of samples that was requested.
         samples: u32,
         /// The rule that it breaks.
         reason: &'static str,

@@ -193,7 +193,7 @@ fn concentric_disk(square: DVec2) -> DVec2 {
 mod tests {
     use super::*;
 
-    /// How many of `points` fall into each cell of a `cells` × `cells` grid
+    /// The number of `points` in each cell of a `cells` × `cells` grid
     /// over [−1, 1]² of x and z.
     fn histogram(points: impl Iterator<Item = DVec3>, cells: usize) -> Vec<u32> {
         let mut counts = vec![0; cells * cells];

@@ -42,7 +42,7 @@ pub trait OcclusionTracer: Sync {
     ///
     /// # Errors
     ///
-    /// What [`Self::Error`] says.
+    /// [`Self::Error`], as the method defines it.
     fn transmittance(
         &self,
         receiver: DVec3,
@@ -134,7 +134,7 @@ pub trait LightVisibility: Sync {
     ///
     /// # Errors
     ///
-    /// What [`Self::Error`] says.
+    /// [`Self::Error`], as the method defines it.
     fn visibility(
         &self,
         receiver: DVec3,

@@ -32,7 +32,7 @@ pub struct BakeSettings {
     pub crop: Option<[u32; 4]>,
     /// The sample points of a pixel.
     pub sampling: PixelSampling,
-    /// The pixel filter. Samples beyond the map's edge are asked for too.
+    /// The pixel filter. Samples beyond the map's edge are requested too.
     pub filter: Filter,
     /// The error bound of every pixel; none: see [`Self::tolerance`].
     pub tolerance: Option<Tolerance>,

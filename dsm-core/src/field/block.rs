@@ -63,7 +63,7 @@ struct WeightedBlock<'a, S, T: Transmittance, W> {
     dy: f64,
     /// The factor that all weights of the row share.
     row: f64,
-    /// The weight of the pixel that is asked.
+    /// The weight of the pixel that is queried.
     asked: f64,
     mean: WeightedMean<T>,
 }

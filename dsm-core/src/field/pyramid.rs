@@ -44,7 +44,7 @@ impl LevelChoice {
 /// Pixel (i, j) of level k covers [i · 2ᵏ, (i + 1) · 2ᵏ) × [j · 2ᵏ, (j + 1) · 2ᵏ)
 /// of level 0, as far as that lies in the map, and is weighted by the area
 /// that does: a last column of which half lies outside has half the weight.
-/// What lies outside has none, as in level 0. A filter's width and an
+/// The rest has none, as in level 0. A filter's width and an
 /// ellipse's axes, the position, and the change of a receiver's depth a pixel
 /// are all given in pixels of level 0; in a level in which a filter would be
 /// narrower than [`FilterShape::minimum_width`](crate::FilterShape::minimum_width)

@@ -55,7 +55,7 @@ impl Receiver {
         f64::from(pixel) + 0.5 - f64::from(self.position[axis])
     }
 
-    /// The depth at which all pixels are asked, if that is one and they are
+    /// The depth at which all pixels are queried, if that is one and they are
     /// not lit for it.
     #[inline(always)]
     pub(super) fn common_depth(&self) -> Option<f32> {

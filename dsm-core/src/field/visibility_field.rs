@@ -105,15 +105,15 @@ pub trait BlockVisitor<T> {
     fn columns(&mut self, row: u32) -> Range<u32>;
 
     /// The depth at which the pixel in `column` of the row that was begun
-    /// last is asked; `None` passes it over.
+    /// last is queried; `None` passes it over.
     fn depth(&mut self, column: u32) -> Option<f32>;
 
-    /// The value of the pixel whose depth was asked for last.
+    /// The value of the pixel whose depth was queried last.
     fn take(&mut self, value: T);
 
     /// Asks for the depths of `columns` of the row that was begun last, and
     /// takes what the functions of `pixels`, from the row-major index `first`
-    /// on, have there. Tells how many pixels were asked.
+    /// on, have there. Tells how many pixels were queried.
     ///
     /// # Panics
     ///

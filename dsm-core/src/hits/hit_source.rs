@@ -10,7 +10,7 @@ use crate::transmittance::Transmittance;
 /// The scene as a shadow camera sees it: answers a whole block of pixels at once,
 /// so that a rasteriser can serve as well as a ray tracer.
 ///
-/// A source is asked for a tile or a part of one, and the border that the pixel
+/// A source is queried for a tile or a part of one, and the border that the pixel
 /// filter reaches beyond it; from several threads at once, in any order, and for
 /// pixels on a border more than once. To make the same map every time it must
 /// answer a sample the same way each time. Hits come in any order: a rasteriser
@@ -63,7 +63,7 @@ pub trait HitSource<T: Transmittance>: Sync {
     ///
     /// # Errors
     ///
-    /// Whatever keeps the source from answering. The bake ends then.
+    /// Any failure of the source. The bake ends then.
     fn hits(&self, samples: &TileSamples, hits: &mut TileHits<T>) -> Result<(), Self::Error>;
 }
 

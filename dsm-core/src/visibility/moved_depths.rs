@@ -141,7 +141,7 @@ mod tests {
         VisibilityFunction::new(vertices.collect::<Vec<_>>()).unwrap()
     }
 
-    /// The same by asking at many depths: `f32` halves are exact.
+    /// The difference by evaluation at many depths: `f32` halves are exact.
     fn naive(stored: &VisibilityFunction<f32>, exact: &VisibilityFunction<f32>, error: f32) -> f64 {
         let mut worst = 0.0_f64;
         for step in 1..4000 {

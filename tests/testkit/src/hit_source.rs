@@ -10,16 +10,17 @@ use crate::answers::check_answers;
 use crate::disagreement::Disagreement;
 use crate::trial::Trial;
 
-/// Samples of every pixel that is asked for.
+/// Samples of every pixel that is queried.
 const SAMPLES: u32 = 4;
 
-/// Checks a hit source: `make` makes it of the scene of a trial, which has this radius
+/// Checks a hit source: `make` builds it from the scene of a trial, of this radius
 /// before it is placed, for a map of `size` pixels of `camera`, which is placed like it.
 /// Extinctions are those of the trial's unit: the scene's over its scale.
 ///
-/// The hits of a sample are the same bits whatever block of pixels and thread it is asked
-/// with, and agree wherever the scene stands and however large it is: as many surfaces,
-/// at depths, of opacities and with normals as before, as much light left by media.
+/// The hits of a sample are the same bits whatever block of pixels and thread it is
+/// queried with, and agree wherever the scene stands and however large it is: as many
+/// surfaces, at the depths and with the opacities and normals as before, and media of the
+/// transmittance as before.
 ///
 /// ```
 /// use dsm_core::{Projection, RaySource, SamplePoint, SurfaceHit, View};
