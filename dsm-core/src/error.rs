@@ -1,6 +1,14 @@
-//! What a caller can get wrong.
+//! Errors of arguments.
 
-/// Why a value that a caller brought was refused.
+/// An argument that was refused, with the reason.
+///
+/// ```
+/// use dsm_core::{Error, Tolerance};
+///
+/// let error = Tolerance::new(1.5).unwrap_err();
+/// assert_eq!(error, Error::Tolerance(1.5));
+/// assert_eq!(error.to_string(), "a tolerance must lie in [0, 1), not 1.5");
+/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -12,7 +20,7 @@ pub enum Error {
     FilterWidth {
         /// The filter's shape.
         shape: &'static str,
-        /// The width that was asked for, in pixels.
+        /// The width that was given, in pixels.
         width: f32,
         /// The narrowest width of that shape.
         minimum: f32,
@@ -22,7 +30,7 @@ pub enum Error {
     Hit {
         /// Depth of the hit or sample.
         depth: f32,
-        /// What is wrong with it.
+        /// The rule that it breaks.
         reason: &'static str,
     },
     /// A visibility function that breaks its invariant.
@@ -38,36 +46,36 @@ pub enum Error {
     Pixel {
         /// Row-major index of the pixel.
         pixel: usize,
-        /// What does not fit.
+        /// The rule that they break.
         reason: &'static str,
     },
     /// A map larger than its index type.
     #[error("{what}: {count} is more than {limit}")]
     TooLarge {
-        /// What there is too much of.
+        /// The quantity that is too large.
         what: &'static str,
-        /// How many there are.
+        /// The number that was given.
         count: u64,
-        /// How many there may be.
+        /// The largest number that is supported.
         limit: u64,
     },
-    /// A setting of a bake that cannot be met.
+    /// A setting of a bake that is not supported.
     #[error("{setting}: {reason}")]
     Setting {
         /// The setting.
         setting: &'static str,
-        /// What is wrong with it.
+        /// The rule that it breaks.
         reason: &'static str,
     },
-    /// A hit of a sample that nobody asked for, or columns of hits that do not
-    /// fit together.
+    /// A hit of a sample that was not requested, or columns of hits that do not fit
+    /// together.
     #[error("hits of sample {sample} of {samples}: {reason}")]
     Sample {
         /// Index of the sample.
         sample: u32,
-        /// How many samples were asked for.
+        /// The number of samples that was requested.
         samples: u32,
-        /// What is wrong.
+        /// The rule that it breaks.
         reason: &'static str,
     },
     /// A level that does not fit into its pyramid.
@@ -75,10 +83,10 @@ pub enum Error {
     Level {
         /// The level's number; 0 is the finest.
         level: usize,
-        /// What does not fit.
+        /// The rule that they break.
         reason: &'static str,
     },
-    /// A camera that cannot do what is asked of it.
+    /// A camera without the matrices or the projection that a call needs.
     #[error("camera: {0}")]
     Camera(&'static str),
 }

@@ -1,12 +1,19 @@
-//! Filters: how the samples around a pixel's centre are weighted, and how
-//! pixels around a shadow lookup are (Lokovic & Veach 2000, §3.1 and §3.4).
-//! None has negative lobes, so that visibility stays monotone.
+//! Reconstruction filters: the weights of samples around a pixel's centre, and of
+//! pixels around a lookup (Lokovic & Veach 2000, §3.1 and §3.4). None has negative
+//! lobes, so that visibility stays monotone.
 
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 
 /// The shape of a filter, on [−1, 1].
+///
+/// ```
+/// use dsm_core::FilterShape;
+///
+/// assert_eq!(FilterShape::Tent.weight(0.25), 0.75);
+/// assert_eq!(FilterShape::Box.weight(1.5), 0.0);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum FilterShape {
@@ -102,8 +109,8 @@ impl Filter {
         self.width
     }
 
-    /// The same filter where a pixel's side is `scale` times as many pixels,
-    /// at least as wide as its shape must be.
+    /// This filter where a pixel's side is `scale` times as many pixels, at least
+    /// as wide as its shape must be.
     #[inline(always)]
     pub(crate) fn scaled(self, scale: f32) -> Self {
         let width = (self.width * scale).max(self.shape.minimum_width());
@@ -132,19 +139,19 @@ impl Filter {
         weights
     }
 
-    /// How many pixels beyond a pixel the filter reaches.
+    /// Number of pixels beyond a pixel that the filter reaches.
     pub(crate) fn border(self) -> f64 {
         (0.5 * f64::from(self.width) - 0.5).ceil()
     }
 
-    /// Whether the filter covers its pixel evenly and nothing beyond.
+    /// True if the filter covers its pixel evenly and nothing beyond.
     #[must_use]
     pub fn is_pixel(self) -> bool {
         self.shape == FilterShape::Box && self.width == 1.0
     }
 
-    /// How many evenly weighted pixels would leave as much noise as the filter
-    /// does: 1/Σ w² for one sample a pixel. 1 for a box of one pixel.
+    /// The number of evenly weighted pixels that would leave as much noise as the
+    /// filter does: 1/Σ w² for one sample a pixel. 1 for a box of one pixel.
     #[must_use]
     pub fn effective_pixels(self) -> f64 {
         // (∫f)² / ∫f² over [−1, 1]: of pixels half as wide as the filter.

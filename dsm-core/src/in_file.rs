@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 pub struct InFile<E> {
     /// The file.
     pub path: PathBuf,
-    /// What went wrong.
+    /// The error itself.
     pub error: Box<E>,
 }
 

@@ -1,10 +1,9 @@
-//! Deep shadow maps: the fraction of light that reaches every depth through
-//! every pixel of a shadow camera, after Lokovic & Veach, *Deep Shadow Maps*
-//! (SIGGRAPH 2000).
+//! Deep shadow maps: visibility as a function of depth in every pixel of a shadow
+//! camera, after Lokovic & Veach, *Deep Shadow Maps* (SIGGRAPH 2000).
 //!
 //! The data goes one way:
-//! [`HitSource`] → [`RayHits`] of one ray → [`TransmittanceFunction`] → the
-//! pixel filter's weighted sum ([`VisibilitySweep`]) → [`VisibilityFunction`]
+//! [`HitSource`] → [`RayHits`] of one ray → transmittance function → the
+//! pixel filter's weighted sum → [`VisibilityFunction`]
 //! under a [`Tolerance`] → [`PixelLists`] → [`DeepMap`] → [`filtered_lookup`].
 //! [`Baker`] takes it from the source to the map, tile by tile.
 //!

@@ -6,6 +6,15 @@ use serde::{Deserialize, Serialize};
 use crate::random::{next_bits, unit};
 
 /// The outline of a light.
+///
+/// ```
+/// use dsm_core::{AreaLight, LightShape};
+/// use glam::DVec3;
+///
+/// let light = AreaLight::sphere(DVec3::Y, 0.5);
+/// assert_eq!(light.shape(), LightShape::Sphere);
+/// assert_eq!(light.shape().name(), "sphere");
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
@@ -43,7 +52,7 @@ pub struct LightExtent {
     pub size: [f32; 2],
 }
 
-/// A light in the world: a centre and two half axes.
+/// An area light in the world: a centre and two half axes.
 ///
 /// The shadow factor of a receiver is the mean transmittance to points spread
 /// evenly over the light, without the cosine at the receiver.
@@ -104,7 +113,7 @@ impl AreaLight {
         self.centre
     }
 
-    /// From the centre to the right edge and to the upper one.
+    /// The vectors from the centre to the right edge and to the upper one.
     #[must_use]
     pub const fn half_axes(&self) -> [DVec3; 2] {
         [self.right, self.up]
@@ -184,7 +193,7 @@ fn concentric_disk(square: DVec2) -> DVec2 {
 mod tests {
     use super::*;
 
-    /// How many of `points` fall into each cell of a `cells` × `cells` grid
+    /// The number of `points` in each cell of a `cells` × `cells` grid
     /// over [−1, 1]² of x and z.
     fn histogram(points: impl Iterator<Item = DVec3>, cells: usize) -> Vec<u32> {
         let mut counts = vec![0; cells * cells];

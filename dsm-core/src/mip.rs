@@ -1,5 +1,4 @@
-//! The geometry of a mip pyramid, and what its levels may cost
-//! (Lokovic & Veach 2000, §5.3).
+//! Geometry and tolerances of a mip pyramid (Lokovic & Veach 2000, §5.3).
 
 use std::ops::Range;
 
@@ -59,7 +58,7 @@ impl MipPyramid {
         [self.width, self.height].map(|side| u64::from(side).div_ceil(1 << level) as u32)
     }
 
-    /// The columns and rows of level 0 that a pixel stands for.
+    /// The columns and rows of level 0 that a pixel covers.
     #[must_use]
     pub fn covered(self, level: u32, pixel: [u32; 2]) -> [Range<u32>; 2] {
         let side = |index: u32, end: u32| {
@@ -71,7 +70,7 @@ impl MipPyramid {
         [side(pixel[0], self.width), side(pixel[1], self.height)]
     }
 
-    /// Number of level-0 pixels that a pixel stands for: 0 outside the level.
+    /// Number of level-0 pixels that a pixel covers: 0 outside the level.
     #[must_use]
     pub fn area(self, level: u32, pixel: [u32; 2]) -> u64 {
         let [columns, rows] = self.covered(level, pixel);

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-/// The progress of long work, told to the caller, who may break it off by
+/// The progress of long work, reported to the caller, who may cancel it by
 /// answering [`ControlFlow::Break`]: bakes, conversions, merges, mip levels,
 /// comparisons and pictures.
 ///
@@ -27,13 +27,13 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// So many steps of all are done.
+    /// Progress of `done` out of `total` steps.
     #[must_use]
     pub const fn new(done: u64, total: u64) -> Self {
         Self { done, total }
     }
 
-    /// Goes on, whatever the progress.
+    /// Continues, whatever the progress.
     pub const fn ignore(self) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }

@@ -1,4 +1,4 @@
-//! Numbers that look random and are the same every time, on every platform.
+//! Pseudo-random numbers, reproducible on every platform.
 //!
 //! The crates that bake, trace and render take theirs from here: 64 bits by
 //! SplitMix64 ([`next_bits`], [`mix`]), 32 bits where many are made at once in

@@ -1,24 +1,48 @@
-//! What every method of computing shadows answers.
+//! The interface of shadow methods: visibility at shaded points.
 
 use glam::DVec3;
 
 use crate::light::AreaLight;
 use crate::transmittance::Transmittance;
 
-/// Traces single rays: a scene, or a map that stands for one.
+/// A method that traces single shadow rays: through a scene, or a map that stands
+/// for one.
+///
+/// ```
+/// use std::convert::Infallible;
+///
+/// use dsm_core::OcclusionTracer;
+/// use glam::DVec3;
+///
+/// /// A plane at a height that lets a fraction of the light through.
+/// struct Plane(f64, f32);
+///
+/// impl OcclusionTracer for Plane {
+///     type Value = f32;
+///     type Error = Infallible;
+///
+///     fn transmittance(&self, from: DVec3, to: DVec3, _time: f64) -> Result<f32, Infallible> {
+///         let between = from.y < self.0 && to.y > self.0;
+///         Ok(if between { self.1 } else { 1.0 })
+///     }
+/// }
+///
+/// let plane = Plane(1.0, 0.25);
+/// assert_eq!(plane.transmittance(DVec3::ZERO, DVec3::Y * 2.0, 0.0), Ok(0.25));
+/// assert_eq!(plane.transmittance(DVec3::Y * 1.5, DVec3::Y * 2.0, 0.0), Ok(1.0));
+/// ```
 pub trait OcclusionTracer: Sync {
-    /// The fraction of light that is left, for one channel or three.
+    /// The transmittance of a ray, of one channel or three.
     type Value: Transmittance;
-    /// What can go wrong on the way; `Infallible` in memory.
+    /// The error of a query; `Infallible` in memory.
     type Error;
 
-    /// The fraction of light that gets from `light` to `receiver`, two points
-    /// of the world, at `time`: 0 is where the shutter opens, 1 where it
-    /// closes.
+    /// The transmittance between `receiver` and `light`, two points of the world,
+    /// at `time`: 0 is where the shutter opens, 1 where it closes.
     ///
     /// # Errors
     ///
-    /// What [`Self::Error`] says.
+    /// [`Self::Error`], as the method defines it.
     fn transmittance(
         &self,
         receiver: DVec3,
@@ -27,8 +51,18 @@ pub trait OcclusionTracer: Sync {
     ) -> Result<Self::Value, Self::Error>;
 }
 
-/// What a point lies on, which tells how its depth changes nearby, as the light
-/// sees it.
+/// The orientation of what a point lies on, which tells how its depth changes
+/// nearby, as the light sees it.
+///
+/// ```
+/// use dsm_core::{Facing, ShadedPoint};
+/// use glam::DVec3;
+///
+/// let position = DVec3::new(0.0, 1.0, 0.0);
+/// let floor = ShadedPoint { position, facing: Facing::Surface(DVec3::Y), seed: 0 };
+/// let hair = ShadedPoint { facing: Facing::Strand(DVec3::X), ..floor };
+/// assert_ne!(floor.facing, hair.facing);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Facing {
@@ -41,31 +75,66 @@ pub enum Facing {
     Strand(DVec3),
 }
 
-/// A point of the world that light falls on.
+/// A receiver of shadow in the world.
+///
+/// ```
+/// use dsm_core::{Facing, ShadedPoint};
+/// use glam::DVec3;
+///
+/// // A point of smoke: it has no surface, and takes light from all sides.
+/// let point = ShadedPoint { position: DVec3::ZERO, facing: Facing::Light, seed: 7 };
+/// assert_eq!(point.facing, Facing::Light);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadedPoint {
-    /// Where it is.
+    /// Position in the world.
     pub position: DVec3,
-    /// What it lies on.
+    /// Orientation of the surface or strand it lies on.
     pub facing: Facing,
-    /// Tells points apart where a method samples.
+    /// Seed that tells points apart where a method samples.
     pub seed: u64,
 }
 
-/// Computes shadows: many receivers, one light.
+/// A shadow method: the visibility of one light at many receivers.
+///
+/// ```
+/// use std::convert::Infallible;
+///
+/// use dsm_core::{AreaLight, LightVisibility};
+/// use glam::DVec3;
+///
+/// /// A wall at x = 0, higher than any light.
+/// struct Wall;
+///
+/// impl LightVisibility for Wall {
+///     type Value = f32;
+///     type Error = Infallible;
+///
+///     fn visibility(&self, at: DVec3, light: &AreaLight, seed: u64) -> Result<f32, Infallible> {
+///         let samples: Vec<DVec3> = light.samples(at, 16, seed).collect();
+///         let seen = samples.iter().filter(|sample| sample.x * at.x > 0.0).count();
+///         Ok(seen as f32 / samples.len() as f32)
+///     }
+/// }
+///
+/// let light = AreaLight::rectangle(DVec3::Y * 5.0, DVec3::X, DVec3::Z);
+/// assert_eq!(Wall.visibility(DVec3::X, &light, 0), Ok(0.5));
+/// let beyond = AreaLight::point(DVec3::new(-1.0, 5.0, 0.0));
+/// assert_eq!(Wall.visibility(DVec3::X, &beyond, 0), Ok(0.0));
+/// ```
 pub trait LightVisibility: Sync {
-    /// The fraction of light that is left, for one channel or three.
+    /// The visibility of a receiver, of one channel or three.
     type Value: Transmittance;
-    /// What can go wrong on the way; `Infallible` in memory.
+    /// The error of a query; `Infallible` in memory.
     type Error;
 
-    /// The mean fraction of `light`'s area that `receiver`, a point of the
-    /// world, sees: its shadow factor. `seed` tells receivers apart where the
-    /// method samples.
+    /// The shadow factor: the visibility at `receiver`, a point of the world,
+    /// averaged over `light`'s area. `seed` tells receivers apart where the method
+    /// samples.
     ///
     /// # Errors
     ///
-    /// What [`Self::Error`] says.
+    /// [`Self::Error`], as the method defines it.
     fn visibility(
         &self,
         receiver: DVec3,
@@ -73,10 +142,9 @@ pub trait LightVisibility: Sync {
         seed: u64,
     ) -> Result<Self::Value, Self::Error>;
 
-    /// Appends the shadow factor of every point of `points` to `values`, in
-    /// order. A method overrides this if it can do more for many points than
-    /// ask [`Self::visibility`] for each, or if it needs to know what they lie
-    /// on.
+    /// Appends the shadow factor of every point of `points` to `values`, in order.
+    /// A method overrides this if it can do more for many points than query
+    /// [`Self::visibility`] for each, or if it needs to know what they lie on.
     ///
     /// # Errors
     ///

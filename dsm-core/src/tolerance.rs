@@ -1,4 +1,4 @@
-//! The error that a map may have, and which stage may spend how much of it.
+//! The error bound of a map, and its budget among the stages of a bake.
 
 use serde::{Deserialize, Serialize};
 
@@ -23,8 +23,8 @@ impl Tolerance {
     /// No compression: every vertex is kept.
     pub const EXACT: Self = Self(0.0);
 
-    /// The smallest chord error that is ever asked of curved stretches, so
-    /// that a tolerance of 0 stays finite with volumes.
+    /// The smallest chord error that is required of curved stretches, so that a
+    /// tolerance of 0 stays finite with volumes.
     pub const CHORD_FLOOR: f64 = 5e-7;
 
     /// A bound of `epsilon`.
@@ -47,7 +47,7 @@ impl Tolerance {
         Self::for_effective_samples(samples.into())
     }
 
-    /// The same under a filter wider than a pixel, which averages more than
+    /// The tolerance under a filter wider than a pixel, which averages more than
     /// the pixel's own samples: N = 1/Σ w², its samples a pixel times
     /// [`Filter::effective_pixels`](crate::Filter::effective_pixels).
     #[must_use]
@@ -61,15 +61,15 @@ impl Tolerance {
         self.0
     }
 
-    /// What the chords of curved stretches may cost: a quarter of ε, at least
+    /// The error that chords of curved stretches may cost: a quarter of ε, at least
     /// [`Self::CHORD_FLOOR`].
     #[must_use]
     pub fn chord(self) -> f64 {
         (0.25 * f64::from(self.0)).max(Self::CHORD_FLOOR)
     }
 
-    /// What is left of ε once `spent` is gone. What one stage doesn't use the
-    /// next may.
+    /// The remainder of ε once `spent` is gone. A later stage may use the error
+    /// that an earlier one does not.
     #[must_use]
     pub fn after(self, spent: f64) -> Self {
         let left = (f64::from(self.0) - spent).max(0.0);

@@ -1,5 +1,4 @@
-//! The value of a visibility function: the fraction of light left, for one
-//! channel or for three.
+//! Transmittance values, of one channel or of three.
 //!
 //! Every algorithm of this crate is written once over [`Transmittance`] and
 //! works channel by channel, so that mono and coloured maps (Lokovic & Veach
@@ -7,8 +6,16 @@
 
 use std::fmt::Debug;
 
-/// A coloured transmittance: the fraction of red, green and blue light left,
-/// each in [0, 1].
+/// A coloured transmittance: the fractions of red, green and blue light, each in
+/// [0, 1].
+///
+/// ```
+/// use dsm_core::{Rgb, Transmittance};
+///
+/// let glass = Rgb::new(1.0, 0.5, 0.25);
+/// assert_eq!(glass.channel(1), 0.5);
+/// assert!(!glass.is_mono());
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rgb {
     /// Red fraction.
@@ -33,10 +40,22 @@ mod sealed {
     impl Sealed for super::Rgb {}
 }
 
-/// The fraction of light that is left: `f32` for mono maps, [`Rgb`] for
-/// coloured ones. Sealed: a channel count is part of the file format.
+/// A transmittance, the fraction of light that passes: `f32` for mono maps, [`Rgb`]
+/// for coloured ones. Sealed: a channel count is part of the file format.
+///
+/// ```
+/// use dsm_core::{Rgb, Transmittance};
+///
+/// fn through_two<T: Transmittance>(first: T, second: T) -> T {
+///     T::from_channels(|index| first.channel(index) * second.channel(index))
+/// }
+///
+/// assert_eq!(through_two(0.5_f32, 0.5), 0.25);
+/// let red = Rgb::new(0.5, 0.0, 0.0);
+/// assert_eq!(through_two(red, Rgb::splat(0.5)), Rgb::new(0.25, 0.0, 0.0));
+/// ```
 pub trait Transmittance: Copy + PartialEq + Debug + Send + Sync + sealed::Sealed + 'static {
-    /// One `f64` a channel: what sums, slopes and bounds are computed in.
+    /// One `f64` a channel: the type of sums, slopes and bounds.
     type Sum: Copy + Debug + PartialEq + Send + Sync + AsRef<[f64]> + AsMut<[f64]> + 'static;
 
     /// Number of channels: 1 or 3.
@@ -57,7 +76,7 @@ pub trait Transmittance: Copy + PartialEq + Debug + Send + Sync + sealed::Sealed
     /// Builds a sum channel by channel.
     fn sum_from_channels(channel: impl FnMut(usize) -> f64) -> Self::Sum;
 
-    /// The same number in every channel.
+    /// One number in every channel.
     #[must_use]
     fn splat(value: f32) -> Self {
         Self::from_channels(|_| value)
@@ -73,7 +92,7 @@ pub trait Transmittance: Copy + PartialEq + Debug + Send + Sync + sealed::Sealed
         Self::from_channels(|channel| sum.as_ref()[channel] as f32)
     }
 
-    /// Whether all channels are equal, so that one of them stands for all.
+    /// True if all channels are equal, so that one of them stands for all.
     fn is_mono(self) -> bool {
         (1..Self::CHANNELS).all(|channel| self.channel(channel) == self.channel(0))
     }

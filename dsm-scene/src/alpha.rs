@@ -1,4 +1,4 @@
-//! How opaque a surface is where: a factor, a texture, a cutoff.
+//! Opacity of surfaces: a factor, a texture, a cutoff.
 
 use std::sync::Arc;
 
@@ -6,15 +6,27 @@ use glam::{Affine2, Vec2};
 
 use crate::error::{Error, Place, Result};
 
-/// What a texture is outside [0, 1].
+/// The extension of a texture outside [0, 1].
+///
+/// ```
+/// use dsm_scene::{AlphaTexture, Wrap};
+/// use glam::Vec2;
+///
+/// let mut texture = AlphaTexture::new(2, 1, vec![0, 255])?;
+/// texture.nearest = true;
+/// assert_eq!(texture.sample(Vec2::new(1.25, 0.5)), 0.0);
+/// texture.wrap = [Wrap::Clamp; 2];
+/// assert_eq!(texture.sample(Vec2::new(1.25, 0.5)), 1.0);
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wrap {
-    /// It begins again.
+    /// Repeats it.
     #[default]
     Repeat,
-    /// It comes back mirrored.
+    /// Repeats it, mirrored every other time.
     Mirror,
-    /// Its edge goes on.
+    /// Extends its edge.
     Clamp,
 }
 
@@ -34,16 +46,27 @@ impl Wrap {
 }
 
 /// The alpha channel of an image; u right, v down, as in glTF.
+///
+/// ```
+/// use dsm_scene::AlphaTexture;
+/// use glam::Vec2;
+///
+/// let texture = AlphaTexture::new(2, 1, vec![0, 255])?;
+/// assert_eq!(texture.sample(Vec2::new(0.25, 0.5)), 0.0);
+/// // Between the centres of the two texels.
+/// assert_eq!(texture.sample(Vec2::new(0.5, 0.5)), 0.5);
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct AlphaTexture {
     width: u32,
     height: u32,
     texels: Arc<[u8]>,
-    /// Beyond the left and right, and the upper and lower edge.
+    /// Extension beyond the left and right, and the upper and lower edge.
     pub wrap: [Wrap; 2],
-    /// Whether the nearest texel is taken; otherwise four are interpolated.
+    /// True for the nearest texel; otherwise four are interpolated.
     pub nearest: bool,
-    /// From the mesh's uv to the texture's.
+    /// The transform from the mesh's uv to the texture's.
     pub uv_transform: Affine2,
 }
 
@@ -89,10 +112,20 @@ impl AlphaTexture {
     }
 }
 
-/// What an alpha does.
+/// The use of an alpha value.
+///
+/// ```
+/// use dsm_scene::{Alpha, AlphaMode};
+/// use glam::Vec2;
+///
+/// let opacity = |mode| Alpha { mode, factor: 0.25, texture: None }.opacity(Vec2::ZERO);
+/// assert_eq!(opacity(AlphaMode::Opaque), 1.0);
+/// assert_eq!(opacity(AlphaMode::Mask(0.5)), 0.0);
+/// assert_eq!(opacity(AlphaMode::Blend), 0.25);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum AlphaMode {
-    /// Nothing: the surface blocks all light.
+    /// Ignored: the surface blocks all light.
     #[default]
     Opaque,
     /// The surface blocks all light where alpha reaches this, and none
@@ -102,14 +135,25 @@ pub enum AlphaMode {
     Blend,
 }
 
-/// How opaque a material is.
+/// The opacity of a material.
+///
+/// ```
+/// use dsm_scene::{Alpha, AlphaMode, AlphaTexture};
+/// use glam::Vec2;
+///
+/// let texture = Some(AlphaTexture::new(1, 1, vec![255])?);
+/// let leaf = Alpha { mode: AlphaMode::Blend, factor: 0.5, texture };
+/// assert_eq!(leaf.opacity(Vec2::ZERO), 0.5);
+/// assert!(Alpha::default().is_opaque());
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Alpha {
-    /// What the alpha does.
+    /// The use of the alpha value.
     pub mode: AlphaMode,
-    /// Multiplies the texture, in [0, 1].
+    /// Factor of the texture, in [0, 1].
     pub factor: f32,
-    /// The alpha over the surface; 1 without.
+    /// Alpha over the surface; 1 without.
     pub texture: Option<AlphaTexture>,
 }
 
@@ -120,7 +164,7 @@ impl Default for Alpha {
 }
 
 impl Alpha {
-    /// Whether the opacity is 1 everywhere.
+    /// True if the opacity is 1 everywhere.
     #[must_use]
     pub fn is_opaque(&self) -> bool {
         match self.mode {
@@ -130,7 +174,7 @@ impl Alpha {
         }
     }
 
-    /// Whether the opacity is the same everywhere.
+    /// True if the opacity is the same everywhere.
     pub(crate) fn is_even(&self) -> bool {
         self.texture.is_none() || self.mode == AlphaMode::Opaque
     }

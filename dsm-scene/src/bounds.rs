@@ -35,7 +35,7 @@ impl Bounds {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// Whether nothing was added.
+    /// True if nothing was added.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         !(self.min.cmple(self.max).all())
@@ -59,8 +59,8 @@ impl Bounds {
         Self { min: centre - reach, max: centre + reach }
     }
 
-    /// Where the line `origin` + t · `direction` is inside; `None` where
-    /// nowhere.
+    /// The range of t where the line `origin` + t · `direction` is inside; `None`
+    /// where nowhere.
     pub(crate) fn clip(&self, origin: DVec3, direction: DVec3) -> Option<(f64, f64)> {
         let (mut near, mut far) = (f64::NEG_INFINITY, f64::INFINITY);
         for axis in 0..3 {

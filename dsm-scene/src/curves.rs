@@ -11,6 +11,18 @@ use crate::mesh::check_point;
 /// A segment is a ribbon that faces the ray. A ray meets it where it passes
 /// the segment within its radius, interpolated at the nearest point: once a
 /// segment. Segments of radius 0 are never met.
+///
+/// ```
+/// use dsm_scene::Curves;
+/// use glam::Vec3;
+///
+/// // A strand of three points that gets thinner.
+/// let points = vec![Vec3::ZERO, Vec3::Y, Vec3::Y * 2.0];
+/// let strand = Curves::new(points, vec![0.25, 0.125, 0.0], [3])?;
+/// assert_eq!((strand.strand_count(), strand.segments().len()), (1, 2));
+/// assert_eq!(strand.segment(0)[1], (Vec3::Y, 0.125));
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Curves {
     points: Vec<Vec3>,
@@ -39,7 +51,7 @@ impl Curves {
             return Err(Error::TooLarge { what: "points", count: points.len() as u64, limit });
         }
         if radii.len() != points.len() {
-            return Err(Error::malformed(Place::Whole, "radii must be as many as points"));
+            return Err(Error::malformed(Place::Whole, "radii must be one per point"));
         }
         for (index, (&point, &radius)) in points.iter().zip(&radii).enumerate() {
             check_point(point, || Place::Point(index as u64))?;
@@ -65,14 +77,14 @@ impl Curves {
         Ok(Self { points, radii, opacities: Vec::new(), starts, segments })
     }
 
-    /// The same strands with an opacity at every point, in [0, 1].
+    /// Sets the opacity at every point, in [0, 1].
     ///
     /// # Errors
     ///
     /// [`Error::Malformed`] for another number of them, or one outside [0, 1].
     pub fn with_opacities(self, opacities: Vec<f32>) -> Result<Self> {
         if opacities.len() != self.points.len() {
-            return Err(Error::malformed(Place::Whole, "opacities must be as many as points"));
+            return Err(Error::malformed(Place::Whole, "opacities must be one per point"));
         }
         if let Some(index) = opacities.iter().position(|o| !(0.0..=1.0).contains(o)) {
             return Err(Error::malformed(
@@ -83,7 +95,7 @@ impl Curves {
         Ok(Self { opacities, ..self })
     }
 
-    /// The same strands, all as thick as `diameter`.
+    /// Sets the thickness of all strands to `diameter`.
     ///
     /// # Errors
     ///
@@ -106,7 +118,7 @@ impl Curves {
         &self.radii
     }
 
-    /// How many strands there are.
+    /// Number of strands.
     #[must_use]
     pub fn strand_count(&self) -> usize {
         self.starts.len().saturating_sub(1)

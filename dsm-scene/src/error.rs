@@ -1,4 +1,4 @@
-//! What can be wrong with a scene or a file of one, and where in it.
+//! Errors of scenes and of their files, and the place of an error in a file.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -10,9 +10,9 @@ use dsm_core::detail::InFile;
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Place {
-    /// All of it.
+    /// The whole file or object.
     Whole,
-    /// The part that says what follows.
+    /// The header.
     Header,
     /// A line of a text file, from 1.
     Line(u64),
@@ -28,7 +28,7 @@ pub enum Place {
     Point(u64),
     /// A voxel, by its index.
     Voxel([i32; 3]),
-    /// Something that the file gives a name or an index.
+    /// A part with a name or an index in the file.
     Named(String),
 }
 
@@ -49,7 +49,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// Why a scene could not be made: what, where, and why.
+/// The reason why a scene could not be made, with its place.
 ///
 /// The message is one line. What the operating system said is not in it but the
 /// [`source`](std::error::Error::source): print the chain.
@@ -64,56 +64,56 @@ impl fmt::Display for Place {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// What went wrong with this file.
+    /// An error in this file.
     #[error(transparent)]
     File(InFile<Error>),
-    /// The operating system refused.
+    /// A failure of the operating system.
     #[error("cannot {action}")]
     Io {
-        /// What was tried.
+        /// The action that failed.
         action: &'static str,
         /// Its answer.
         #[source]
         error: io::Error,
     },
-    /// Something that is not as it has to be.
+    /// A part of a file or object that breaks a rule.
     #[error("{place}: {reason}")]
     Malformed {
-        /// Where it is.
+        /// The place in the file.
         place: Place,
-        /// What is wrong with it.
+        /// The rule that it breaks.
         reason: Cow<'static, str>,
     },
     /// A file that no loader is known for.
-    #[error("nothing is known that reads {}; {expected}", match .extension {
-        Some(extension) => format!("a .{extension} file here"),
-        None => "a file without an extension here".to_owned(),
+    #[error("unsupported format, {}: {expected}", match .extension {
+        Some(extension) => format!(".{extension}"),
+        None => "a file without an extension".to_owned(),
     })]
     UnknownFormat {
         /// The file's extension.
         extension: Option<String>,
-        /// What is read here.
+        /// The supported formats.
         expected: &'static str,
     },
-    /// A built-in scene of a name that there is none of.
-    #[error("there is no built-in scene `{name}`; there are {}", .known.join(", "))]
+    /// A name that no built-in scene has.
+    #[error("no built-in scene is named `{name}`; the names are {}", .known.join(", "))]
     UnknownBuiltin {
         /// The name.
         name: String,
         /// The names that there are.
         known: &'static [&'static str],
     },
-    /// More than this program handles.
+    /// A quantity above the limit that is supported.
     #[error("{what}: {count} is more than {limit}")]
     TooLarge {
-        /// What there is too much of.
+        /// The quantity that is too large.
         what: &'static str,
-        /// How many there are.
+        /// The number that was given.
         count: u64,
-        /// How many there may be.
+        /// The largest number that is supported.
         limit: u64,
     },
-    /// A map or a lookup refused.
+    /// An error of the deep shadow map library.
     #[error(transparent)]
     Core(#[from] dsm_core::Error),
 }

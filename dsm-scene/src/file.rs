@@ -224,7 +224,7 @@ fn parse_scene(text: &str, folder: &Path) -> Result<Scene> {
     Ok(scene)
 }
 
-/// The same error, with the table that it is in.
+/// The error with the table that it is in.
 fn within(error: Error, table: &str) -> Error {
     match error {
         Error::Malformed { place, reason } => {

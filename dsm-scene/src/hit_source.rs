@@ -1,4 +1,4 @@
-//! The door from a scene to the baker.
+//! Hits of a scene for a bake, by ray tracing.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use dsm_core::{HitSource, TileHits, TileSamples, Transmittance, ViewRaster};
 use crate::error::{Error, Result};
 use crate::trace::TracedScene;
 
-/// What a shadow camera sees of a scene, ray by ray.
+/// A scene as a shadow camera sees it, ray by ray.
 ///
 /// ```
 /// use dsm_core::{HitSource, PixelSampling, TileHits, TileSamples};
@@ -33,21 +33,21 @@ pub struct SceneHitSource {
 }
 
 impl SceneHitSource {
-    /// Looks at `scene` through `raster`.
+    /// A source of hits of `scene` through `raster`.
     #[must_use]
     pub fn new(scene: impl Into<Arc<TracedScene>>, raster: ViewRaster) -> Self {
         Self { scene: scene.into(), raster, near: 0.0 }
     }
 
-    /// The same source without what lies at `depth` or nearer: what stands
-    /// between the light and a camera that was moved back from it.
+    /// Leaves out occluders at `depth` or nearer: those between the light and a
+    /// camera that was moved back from it.
     #[must_use]
     pub fn beyond(self, depth: f32) -> Self {
         let near = if depth > 0.0 { f64::from(depth.next_up()) } else { 0.0 };
         Self { near, ..self }
     }
 
-    /// What it looks through.
+    /// The raster of the shadow camera.
     #[must_use]
     pub fn raster(&self) -> &ViewRaster {
         &self.raster

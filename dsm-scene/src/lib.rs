@@ -1,5 +1,5 @@
-//! What a shadow camera looks at: meshes, curves and volumes, from files or
-//! made here, and all that a ray through them meets.
+//! Scenes of meshes, curves and volumes, from files or made here, and the hits of
+//! rays through them.
 //!
 //! ```
 //! use dsm_core::{Ray, RayHits};

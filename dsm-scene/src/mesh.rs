@@ -1,4 +1,4 @@
-//! Triangles.
+//! Triangle meshes.
 
 use glam::{Vec2, Vec3};
 
@@ -9,7 +9,7 @@ use crate::error::{Error, Place, Result};
 /// No coordinate may be larger: squares of it must be finite in `f32`.
 pub(crate) const LARGEST_COORDINATE: f32 = 1e18;
 
-/// Whether a point can be part of a scene.
+/// Checks that a point can be part of a scene.
 pub(crate) fn check_point(point: Vec3, place: impl FnOnce() -> Place) -> Result<()> {
     if point.abs().cmple(Vec3::splat(LARGEST_COORDINATE)).all() {
         Ok(())
@@ -18,7 +18,18 @@ pub(crate) fn check_point(point: Vec3, place: impl FnOnce() -> Place) -> Result<
     }
 }
 
-/// Triangles, seen from both sides. Every crossing of one blocks light.
+/// A triangle mesh, seen from both sides. Every crossing of a triangle blocks
+/// light.
+///
+/// ```
+/// use dsm_scene::TriangleMesh;
+/// use glam::Vec3;
+///
+/// let mesh = TriangleMesh::new(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]])?;
+/// assert_eq!(mesh.corners(0)[1], Vec3::X);
+/// assert!(TriangleMesh::new(vec![Vec3::ZERO], vec![[0, 0, 1]]).is_err());
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TriangleMesh {
     positions: Vec<Vec3>,
@@ -52,27 +63,26 @@ impl TriangleMesh {
             .enumerate()
             .find_map(|(at, t)| Some((at, *t.iter().find(|c| beyond(c))?)))
         {
-            let reason = format!("there is no vertex {corner}, only {}", positions.len());
+            let reason = format!("vertex {corner} is out of range: there are {}", positions.len());
             return Err(Error::malformed(Place::Face(face as u64), reason));
         }
         Ok(Self { positions, triangles, ..Self::default() })
     }
 
-    /// The same mesh with texture coordinates: one a vertex, or none.
+    /// Sets texture coordinates: one a vertex, or none.
     ///
     /// # Errors
     ///
     /// [`Error::Malformed`] for another number of them.
     pub fn with_uvs(self, uvs: Vec<Vec2>) -> Result<Self> {
         if !uvs.is_empty() && uvs.len() != self.positions.len() {
-            let reason = "texture coordinates must be as many as vertices";
+            let reason = "texture coordinates must be one per vertex";
             return Err(Error::malformed(Place::Whole, reason));
         }
         Ok(Self { uvs, ..self })
     }
 
-    /// The same mesh with materials: `triangle_alphas` holds one index into
-    /// `alphas` a triangle.
+    /// Sets materials: `triangle_alphas` holds one index into `alphas` a triangle.
     ///
     /// # Errors
     ///
@@ -80,11 +90,11 @@ impl TriangleMesh {
     /// range.
     pub fn with_alphas(self, alphas: Vec<Alpha>, triangle_alphas: Vec<u32>) -> Result<Self> {
         if triangle_alphas.len() != self.triangles.len() {
-            let reason = "materials must be as many as triangles";
+            let reason = "materials must be one per triangle";
             return Err(Error::malformed(Place::Whole, reason));
         }
         if let Some(face) = triangle_alphas.iter().position(|&at| at as usize >= alphas.len()) {
-            return Err(Error::malformed(Place::Face(face as u64), "there is no such material"));
+            return Err(Error::malformed(Place::Face(face as u64), "the material is out of range"));
         }
         if alphas.iter().all(Alpha::is_opaque) {
             return Ok(Self { alphas: Vec::new(), triangle_alphas: Vec::new(), ..self });
@@ -164,7 +174,7 @@ mod tests {
             assert!(error.to_string().starts_with("vertex 2: "), "{error}");
         }
         let error = TriangleMesh::new(vec![Vec3::ZERO], vec![[0, 0, 0], [0, 1, 0]]).unwrap_err();
-        assert_eq!(error.to_string(), "face 1: there is no vertex 1, only 1");
+        assert_eq!(error.to_string(), "face 1: vertex 1 is out of range: there are 1");
         assert!(triangle().with_uvs(vec![Vec2::ZERO]).is_err());
         assert!(triangle().with_alphas(vec![Alpha::default()], vec![]).is_err());
         assert!(triangle().with_alphas(vec![Alpha::default()], vec![1]).is_err());

@@ -1,4 +1,4 @@
-//! Shadows as they are: one ray to every sample of the light, and no map.
+//! Ray traced reference shadows: one ray to every sample of the light, and no map.
 
 use std::convert::Infallible;
 use std::marker::PhantomData;
@@ -11,7 +11,8 @@ use glam::DVec3;
 
 use crate::trace::TracedScene;
 
-/// Traces shadow rays through a scene: what every map is compared with.
+/// The ray traced reference: shadow rays through a scene, which every map is
+/// compared with.
 ///
 /// A receiver is a place on something, whose coordinates were computed in `f64`. Its
 /// rays start beyond that thing by the precision of those coordinates: by 2⁻⁴³
@@ -42,22 +43,23 @@ pub struct SceneReference<T> {
 }
 
 impl<T: Transmittance> SceneReference<T> {
-    /// 256 rays a light, which start beyond what the receiver lies on.
+    /// A reference of 256 rays a light, which start beyond the surface that the
+    /// receiver lies on.
     #[must_use]
     pub fn new(scene: impl Into<Arc<TracedScene>>) -> Self {
         Self { scene: scene.into(), rays: 256, start: None, value: PhantomData }
     }
 
-    /// The same with another number of rays, at least 1. A point light takes
-    /// one, unless something moves.
+    /// Sets the number of rays, at least 1. A point light takes one, unless
+    /// something moves.
     #[must_use]
     pub fn with_rays(self, rays: u32) -> Self {
         Self { rays: rays.max(1), ..self }
     }
 
-    /// The same with another start: nothing nearer to a receiver than this
-    /// distance, in scene units along the ray, shades it. At least 0. For receivers
-    /// whose places are rounded to `f32`, some 2⁻²² of the largest coordinate.
+    /// Sets the ray offset: occluders nearer to a receiver than this distance, in
+    /// scene units along the ray, do not shade it. At least 0. For receivers whose
+    /// positions are rounded to `f32`, some 2⁻²² of the largest coordinate.
     #[must_use]
     pub fn with_start(self, start: f64) -> Self {
         Self { start: Some(start.max(0.0)), ..self }

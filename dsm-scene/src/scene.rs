@@ -1,4 +1,4 @@
-//! What there is, where it stands, and what light falls on it.
+//! Scenes: their objects, lights and camera.
 
 use std::sync::Arc;
 
@@ -13,10 +13,19 @@ use crate::transform::Motion;
 use crate::view::{Camera, Light, LightOutline};
 use crate::volume::Volume;
 
-/// What an object is made of, in its own space.
+/// The geometry of an object, in its own space.
+///
+/// ```
+/// use dsm_scene::{Curves, Shape};
+/// use glam::{DVec3, Vec3};
+///
+/// let strand = Curves::new(vec![Vec3::ZERO, Vec3::Y], vec![0.5; 2], [2])?;
+/// assert!(Shape::Curves(strand).bounds().max.y >= 1.0);
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub enum Shape {
-    /// Surfaces.
+    /// A mesh of surfaces.
     Mesh(TriangleMesh),
     /// Strands.
     Curves(Curves),
@@ -36,17 +45,28 @@ impl Shape {
     }
 }
 
-/// One thing of a scene.
+/// An object: a shape with its opacity and motion.
+///
+/// ```
+/// use dsm_core::Rgb;
+/// use dsm_scene::{Object, Shape, TriangleMesh};
+/// use glam::Vec3;
+///
+/// let mesh = TriangleMesh::new(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]])?;
+/// let pane = Object::new(Shape::Mesh(mesh)).with_opacity(Rgb::new(0.0, 0.5, 0.5));
+/// assert!(!pane.is_moving());
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Object {
-    /// What it is made of; objects may share it.
+    /// The geometry; objects may share it.
     pub shape: Arc<Shape>,
     /// The fraction of light that each of its surfaces and strands blocks, in
     /// [0, 1], times what the shape says itself. Scales a medium's extinction.
     pub opacity: Rgb,
     /// A medium's extinction per unit of the world at density 1, ≥ 0.
     pub density: f32,
-    /// Where it stands: the innermost motion first.
+    /// Its motions, the innermost first.
     pub motion: Vec<Motion>,
 }
 
@@ -58,13 +78,13 @@ impl Object {
         Self { shape: Arc::new(shape), opacity, density: 1.0, motion: Vec::new() }
     }
 
-    /// The same object of another opacity.
+    /// Sets the opacity.
     #[must_use]
     pub fn with_opacity(self, opacity: Rgb) -> Self {
         Self { opacity, ..self }
     }
 
-    /// Whether it moves while the shutter is open.
+    /// True if it moves while the shutter is open.
     #[must_use]
     pub fn is_moving(&self) -> bool {
         self.motion.iter().any(Motion::is_moving)
@@ -129,15 +149,28 @@ impl Object {
 }
 
 /// A scene: objects, a light with its shadow camera, a camera that renders.
+///
+/// ```
+/// use dsm_core::Rgb;
+/// use dsm_scene::{Object, Scene, Shape, TriangleMesh};
+/// use glam::Vec3;
+///
+/// let mesh = TriangleMesh::new(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]])?;
+/// let pane = Object::new(Shape::Mesh(mesh)).with_opacity(Rgb::new(0.0, 0.5, 0.5));
+/// let scene = Scene::of_objects(vec![pane]);
+/// assert!(scene.is_coloured() && !scene.has_media());
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// What there is.
+    /// The objects.
     pub objects: Vec<Object>,
     /// The light.
     pub light: Light,
-    /// What `render` looks through.
+    /// The camera of `render`.
     pub camera: Camera,
-    /// When the shutter opens and closes. Rays count time from 0 to 1 between.
+    /// The times when the shutter opens and closes. Rays count time from 0 to 1
+    /// between.
     pub shutter: [f64; 2],
 }
 
@@ -166,20 +199,20 @@ impl Scene {
         Self { objects, light, camera, shutter: [0.0, 1.0] }
     }
 
-    /// Whether any opacity has a colour, so that a map of one channel would
-    /// lose something.
+    /// True if any opacity has a colour, so that a map of one channel would lose
+    /// something.
     #[must_use]
     pub fn is_coloured(&self) -> bool {
         self.objects.iter().any(|object| !dsm_core::Transmittance::is_mono(object.opacity))
     }
 
-    /// Whether there are volumes in it.
+    /// True if there are volumes in it.
     #[must_use]
     pub fn has_media(&self) -> bool {
         self.objects.iter().any(|object| matches!(&*object.shape, Shape::Volume(_)))
     }
 
-    /// Whether anything moves while the shutter is open.
+    /// True if anything moves while the shutter is open.
     #[must_use]
     pub fn is_moving(&self) -> bool {
         self.objects.iter().any(Object::is_moving)

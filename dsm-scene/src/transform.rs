@@ -1,10 +1,19 @@
-//! Where an object stands while the shutter is open.
+//! Transforms of objects while the shutter is open.
 
 use glam::{DAffine3, DMat3, DVec3};
 
 use crate::error::{Error, Place, Result};
 
 /// A similarity: p' = translate + Rz · Ry · Rx · (scale · p).
+///
+/// ```
+/// use dsm_scene::Transform;
+/// use glam::DVec3;
+///
+/// let transform = Transform { translate: DVec3::Y, scale: 2.0, ..Transform::default() };
+/// let point = transform.matrix().transform_point3(DVec3::X);
+/// assert_eq!(point, DVec3::new(2.0, 1.0, 0.0));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transform {
     /// Added last, in scene units.
@@ -53,8 +62,8 @@ impl Transform {
         DAffine3::from_mat3_translation(rotation * self.scale, self.translate)
     }
 
-    /// Between this transform (0) and `other` (1): every number goes linearly,
-    /// so that angles turn evenly and points of a spinning object stay on
+    /// The transform between this one (0) and `other` (1): every number goes
+    /// linearly, so that angles turn evenly and points of a spinning object stay on
     /// their circles.
     #[must_use]
     pub fn lerp(&self, other: &Self, time: f64) -> Self {
@@ -67,11 +76,21 @@ impl Transform {
 }
 
 /// A transform where the shutter opens, and one where it closes.
+///
+/// ```
+/// use dsm_scene::{Motion, Transform};
+/// use glam::DVec3;
+///
+/// let close = Transform { translate: DVec3::X, ..Transform::default() };
+/// let motion = Motion { close, ..Motion::default() };
+/// assert!(motion.is_moving());
+/// assert_eq!(motion.at(0.5).translation, DVec3::X * 0.5);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Motion {
-    /// Where the object stands when the shutter opens: time 0.
+    /// The transform when the shutter opens: time 0.
     pub open: Transform,
-    /// Where the object stands when the shutter closes: time 1.
+    /// The transform when the shutter closes: time 1.
     pub close: Transform,
 }
 
@@ -82,7 +101,7 @@ impl Motion {
         Self { open: transform, close: transform }
     }
 
-    /// Whether the object moves at all.
+    /// True if the object moves at all.
     #[must_use]
     pub fn is_moving(&self) -> bool {
         self.open != self.close

@@ -1,13 +1,26 @@
-//! Cameras: the one that renders and the one that sits at the light.
+//! Cameras and lights of a scene.
 
 use dsm_core::{AreaLight, Projection, View, ViewRaster};
 
 use crate::error::{Error, Place, Result};
 
-/// The camera that renders.
+/// The camera of a rendered picture.
+///
+/// ```
+/// use dsm_core::View;
+/// use dsm_scene::Camera;
+/// use glam::DVec3;
+///
+/// let view = View { eye: DVec3::Z * 5.0, target: DVec3::ZERO, up: DVec3::Y };
+/// let camera = Camera { view, fov: 45.0, resolution: [640, 360] };
+/// // A quarter of the size, for a preview.
+/// let raster = camera.raster([160, 90])?;
+/// assert_eq!(raster.resolution(), [160, 90]);
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// From where.
+    /// The position and direction of the camera.
     pub view: View,
     /// The full vertical angle of view in degrees, in (0, 180).
     pub fov: f64,
@@ -28,6 +41,16 @@ impl Camera {
 }
 
 /// The outline of a light in a scene: its axes are those of its view.
+///
+/// ```
+/// use dsm_scene::{LightOutline, builtin_scene};
+///
+/// let light = builtin_scene("stained-glass")?.light.with_size([0.0, 0.0])?;
+/// assert_eq!(light.outline, LightOutline::Point);
+/// let wide = light.with_size([0.5, 0.25])?;
+/// assert_eq!(wide.outline, LightOutline::Rectangle { size: [0.5, 0.25] });
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightOutline {
     /// A point.
@@ -50,6 +73,19 @@ pub enum LightOutline {
 }
 
 /// A light, and the shadow camera at its centre.
+///
+/// ```
+/// use dsm_core::{LightShape, Projection, View};
+/// use dsm_scene::{Light, LightOutline};
+/// use glam::DVec3;
+///
+/// let view = View { eye: DVec3::Y * 5.0, target: DVec3::ZERO, up: DVec3::Z };
+/// let projection = Projection::Perspective { fov: 45.0 };
+/// let light = Light { view, projection, outline: LightOutline::Disk { radius: 0.5 } };
+/// assert_eq!(light.area()?.shape(), LightShape::Disk);
+/// assert_eq!(light.raster([512, 512])?.eye(), DVec3::Y * 5.0);
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
     /// The light's centre, and where the shadow camera looks.
@@ -61,9 +97,9 @@ pub struct Light {
 }
 
 impl Light {
-    /// The same light of another full width and height, in scene units: of
-    /// disks and spheres the diameter. Nothing of any size is a point, and a
-    /// point of some size a rectangle.
+    /// Sets the full width and height, in scene units: of disks and spheres the
+    /// diameter. Of size 0 any light is a point, and a point of another size
+    /// becomes a rectangle.
     ///
     /// # Errors
     ///
@@ -77,7 +113,7 @@ impl Light {
                 LightOutline::Rectangle { size }
             }
             _ if width != height => {
-                let reason = "a disk or a sphere is as high as wide";
+                let reason = "a disk or a sphere must be as high as wide";
                 return Err(Error::malformed(Place::Named("light size".into()), reason));
             }
             LightOutline::Disk { .. } => LightOutline::Disk { radius: width / 2.0 },

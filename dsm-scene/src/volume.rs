@@ -12,14 +12,24 @@ const BRICK_LOG2: i32 = 3;
 const BRICK: i32 = 1 << BRICK_LOG2;
 const BRICK_VOXELS: usize = 1 << (3 * BRICK_LOG2);
 
-/// How many bricks the box around all of them may hold: 64 MiB of table.
-const MOST_BRICKS: u64 = 1 << 24;
-/// How far from the origin a voxel may lie.
-const FARTHEST_VOXEL: i32 = 1 << 28;
+/// The largest number of bricks in the box around all of them: 64 MiB of table.
+const MAX_BRICKS: u64 = 1 << 24;
+/// The largest distance of a voxel from the origin, along an axis.
+const MAX_COORDINATE: i32 = 1 << 28;
 
-/// Density between voxels, which stand at whole numbers of index space:
-/// trilinear, 0 outside. Only bricks of 8³ voxels that hold something take
-/// memory.
+/// A density on a grid of voxels, which stand at whole numbers of index space:
+/// trilinear, 0 outside. Only bricks of 8³ voxels that hold something take memory.
+///
+/// ```
+/// use dsm_scene::Volume;
+/// use glam::{DVec3, UVec3};
+///
+/// // Voxels 0.5 apart, whose density rises by 1 from one to the next.
+/// let ramp = Volume::from_fn(UVec3::splat(4), DVec3::splat(0.5), DVec3::ZERO, |at| at.x as f32)?;
+/// assert_eq!(ramp.density(DVec3::new(0.75, 0.5, 0.5)), 1.5);
+/// assert_eq!(ramp.density(DVec3::splat(9.0)), 0.0);
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Volume {
     /// Index (0, 0, 0) in object space.
@@ -32,7 +42,7 @@ pub struct Volume {
     /// Every brick's place among `values`; 0 is the empty brick.
     table: Vec<u32>,
     values: Vec<f32>,
-    /// Whether any of a brick's cells can hold density; a cell reaches from a
+    /// True for bricks with a cell that can hold density; a cell reaches from a
     /// voxel to the next ones, so that cells begin one brick earlier.
     occupied: Vec<bool>,
     /// The lowest and the highest voxel that was set.
@@ -41,7 +51,19 @@ pub struct Volume {
     voxel_count: u64,
 }
 
-/// Collects the voxels of a [`Volume`].
+/// A builder of a [`Volume`], voxel by voxel.
+///
+/// ```
+/// use dsm_scene::VolumeBuilder;
+/// use glam::{DVec3, IVec3};
+///
+/// let mut builder = VolumeBuilder::default();
+/// builder.set(IVec3::ZERO, 1.0)?;
+/// let volume = builder.build(DVec3::ONE, DVec3::ZERO)?;
+/// assert_eq!(volume.voxel_count(), 1);
+/// assert_eq!(volume.density(DVec3::new(0.5, 0.0, 0.0)), 0.5);
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct VolumeBuilder {
     bricks: HashMap<IVec3, u32>,
@@ -129,7 +151,7 @@ impl VolumeBuilder {
         if !value.is_finite() {
             return Err(Error::malformed(place(), format!("density must be finite, not {value}")));
         }
-        let far = IVec3::splat(FARTHEST_VOXEL);
+        let far = IVec3::splat(MAX_COORDINATE);
         if first.cmplt(-far).any() || last.cmpgt(far).any() {
             return Err(Error::malformed(place(), "voxels may lie within ±2^28 only"));
         }
@@ -206,7 +228,7 @@ impl Volume {
         mut density: impl FnMut(IVec3) -> f32,
     ) -> Result<Self> {
         let mut builder = VolumeBuilder::default();
-        let size = size.min(UVec3::splat(FARTHEST_VOXEL as u32)).as_ivec3();
+        let size = size.min(UVec3::splat(MAX_COORDINATE as u32)).as_ivec3();
         for z in 0..size.z {
             for y in 0..size.y {
                 for x in 0..size.x {
@@ -222,7 +244,7 @@ impl Volume {
         builder.build(voxel_size, translation)
     }
 
-    /// How many voxels were set.
+    /// Number of voxels that were set.
     #[must_use]
     pub fn voxel_count(&self) -> u64 {
         self.voxel_count
@@ -338,7 +360,7 @@ impl Cell {
     /// Nothing at any corner.
     pub(crate) const EMPTY: Self = Self([0.0; 8]);
 
-    /// Whether there is no density at any corner.
+    /// True if there is no density at any corner.
     pub(crate) fn is_empty(&self) -> bool {
         self.0 == [0.0; 8]
     }
@@ -364,9 +386,9 @@ fn flat(at: UVec3, size: UVec3) -> usize {
 }
 
 fn check_bricks(count: u64) -> Result<()> {
-    if count > MOST_BRICKS {
+    if count > MAX_BRICKS {
         let what = "bricks of 8 × 8 × 8 voxels in the box around a volume";
-        return Err(Error::TooLarge { what, count, limit: MOST_BRICKS });
+        return Err(Error::TooLarge { what, count, limit: MAX_BRICKS });
     }
     Ok(())
 }
@@ -421,7 +443,7 @@ mod tests {
     fn volumes_no_memory_could_hold_are_refused() {
         let mut builder = VolumeBuilder::default();
         builder.set(IVec3::ZERO, 1.0).unwrap();
-        builder.set(IVec3::splat(FARTHEST_VOXEL), 1.0).unwrap();
+        builder.set(IVec3::splat(MAX_COORDINATE), 1.0).unwrap();
         assert!(matches!(builder.build(DVec3::ONE, DVec3::ZERO), Err(Error::TooLarge { .. })));
         let mut builder = VolumeBuilder::default();
         assert!(builder.set(IVec3::splat(i32::MIN), 1.0).is_err());

@@ -70,7 +70,7 @@ fn factors_are_the_shadows_alone() {
     let mut sheet = square(-30.0, 0.0, 1.0, 30.0).with_opacity(grey(0.25));
     // Seen from above, the camera meets the sheet itself too, which is lit.
     let floor = square(0.0, 0.0, 0.0, 1.0);
-    let factor = RenderSettings { factor: true, ..settings(256) };
+    let factor = settings(256).with_factor(true);
     let light = DVec3::new(0.0, 2.0, 0.0);
     let image = render::<f32>(vec![sheet.clone(), floor.clone()], light, factor.clone());
     let pixel = |x: usize, y: usize| image.pixels()[y * 16 + x];
@@ -122,7 +122,7 @@ fn media_are_as_bright_as_they_are_dense() {
     let light = DVec3::new(0.0, 1000.0, 0.0);
     let depth = 1.5;
     let shown = 1.0 - f64::exp(-depth);
-    let unshadowed = RenderSettings { self_shadowing: false, ..settings(1024) };
+    let unshadowed = settings(1024).with_self_shadowing(false);
     let image = render::<f32>(vec![medium.clone()], light, unshadowed);
     assert_near(image.pixels()[8 * 16 + 8], [0.8 * shown; 3], 4e-3);
     // In its own shadow: ∫ exp(−2 τ) dτ, for light and camera look the same

@@ -58,7 +58,7 @@ fn look(
 }
 
 fn settings(samples: u32) -> RenderSettings {
-    RenderSettings { factor: true, ..RenderSettings::new(samples, 3).unwrap() }
+    RenderSettings::new(samples, 3).unwrap().with_factor(true)
 }
 
 /// A square at a height, so wide to either side of x.
@@ -136,7 +136,7 @@ fn points_say_what_they_lie_on_and_have_numbers_of_their_own() {
     let seeds: HashSet<_> = points.iter().map(|point| point.seed).collect();
     assert_eq!(seeds.len(), points.len());
     // The picture's seed changes them, at the same places.
-    let other = RenderSettings { seed: 9, ..settings(4) };
+    let other = settings(4).with_seed(9);
     let (_, others) = look(objects, [10, 20], other, |_| 1.0);
     assert!(others.iter().all(|point| !seeds.contains(&point.seed)));
     let places = |points: &[ShadedPoint]| -> HashSet<[u64; 3]> {

@@ -1,24 +1,24 @@
-//! How the layers of a traced map were chosen.
+//! The choice of a traced map's layers.
 
 use serde::{Deserialize, Serialize};
 
-/// How the layers of a map were chosen, as its header keeps it.
+/// The choice of a map's layers, as its header keeps it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Layering {
-    /// How often a pixel's light was set to 1 again at most; 0 where layers do
-    /// not stand in runs.
+    /// The largest number of times that a pixel's transmittance was reset to 1; 0
+    /// where layers do not stand in runs.
     pub resets: u32,
-    /// The most layers of a pixel, at least 1.
+    /// The largest number of layers of a pixel, at least 1.
     pub max_layers: u32,
-    /// The depth of the light's centre on the camera's axis, finite and at least
-    /// 0: more where the camera was moved back from it ([`LightFrame`]).
+    /// The depth of the light's centre on the camera's axis, finite and at least 0:
+    /// more where the camera was moved back from it ([`LightFrame`]).
     ///
     /// [`LightFrame`]: crate::LightFrame
     pub light_depth: f32,
 }
 
 impl Layering {
-    /// Which rule of the format it breaks, if any.
+    /// The rule of the format that it breaks, if any.
     #[must_use]
     pub fn broken_rule(&self) -> Option<&'static str> {
         let is_depth = (0.0..f32::INFINITY).contains(&self.light_depth);

@@ -3,7 +3,7 @@
 //! Seen from a light, a shadow ray is a straight line in
 //! ([raster x, raster y, 1/depth](LightFrame)), so that a map is traced like a
 //! scene: [`ShadowRay`] → [`MinMaxPyramid`] → [`walk_pixels`], which hands each
-//! pixel that may hold an occluder of the ray to a [`PixelLeaf`] (Xie,
+//! pixel that may hold an occluder of the ray to a visitor (Xie,
 //! Tabellion & Pearce, *Soft Shadows by Ray Tracing Multilayer Transparent
 //! Shadow Maps*, EGSR 2007, §4.3 and §6.1). [`LightMean`] averages rays over the
 //! samples of an area light.

@@ -40,7 +40,7 @@ use super::shadow_ray::ShadowRay;
 pub struct LightFrame {
     to_camera: DAffine3,
     to_world: DAffine3,
-    /// From a ray's sideways gain per unit of depth to raster positions.
+    /// Maps a ray's sideways gain per unit of depth to raster positions.
     linear: DMat2,
     inverse: DMat2,
     offset: DVec2,
@@ -94,9 +94,9 @@ impl LightFrame {
         Ok(Self { to_camera, to_world, linear, inverse, offset, size, light_depth })
     }
 
-    /// How far to move a camera back from the centre of a light so that, with
-    /// the same angle, it sees all that any point of the light sees (Xie et al.
-    /// 2007, equation 4). `half_size` is half the view's width and height at
+    /// The distance by which to move a camera back from the centre of a light so
+    /// that, with the same angle, it sees all that any point of the light sees (Xie
+    /// et al. 2007, equation 4). `half_size` is half the view's width and height at
     /// depth 1: the tangents of half its angles.
     ///
     /// ```
@@ -244,8 +244,8 @@ impl LightFrame {
         ray.is_sound().then_some(ray)
     }
 
-    /// From a point's sideways gain per unit of depth to its raster position:
-    /// linear · gain + offset.
+    /// The affine map of a point's sideways gain per unit of depth to its raster
+    /// position: linear · gain + offset.
     pub const fn raster_map(&self) -> (DMat2, DVec2) {
         (self.linear, self.offset)
     }

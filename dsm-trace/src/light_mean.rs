@@ -30,13 +30,13 @@ impl<T: Transmittance> LightMean<T> {
         Self { sum: T::BLOCKED.to_sum() }
     }
 
-    /// Counts the transmittance of one ray in.
+    /// Adds the transmittance of one ray.
     #[inline]
     pub fn add(&mut self, transmittance: T) {
         self.add_sum(transmittance.to_sum());
     }
 
-    /// Counts a transmittance, or a sum of several, in as it was computed.
+    /// Adds a transmittance, or a sum of several, as it was computed.
     #[inline]
     pub fn add_sum(&mut self, left: T::Sum) {
         for (sum, left) in self.sum.as_mut().iter_mut().zip(left.as_ref()) {

@@ -1,11 +1,11 @@
-//! Depth ranges of pixels that come in any order.
+//! Construction of a [`MinMaxPyramid`] from pixels in any order.
 
 use dsm_core::{Error, Result};
 
 use crate::min_max_pyramid::{EMPTY, MinMaxPyramid};
 
-/// Collects what a [`MinMaxPyramid`] is made of, pixel by pixel in any order: of a
-/// map that is read tile by tile.
+/// A builder of a [`MinMaxPyramid`], pixel by pixel in any order, as a map is read
+/// tile by tile.
 ///
 /// ```
 /// use dsm_trace::detail::MinMaxBuilder;
@@ -24,7 +24,7 @@ pub struct MinMaxBuilder {
 }
 
 impl MinMaxBuilder {
-    /// A map of `size` pixels, all of them empty.
+    /// A builder for a map of `size` pixels, all of them empty.
     ///
     /// # Errors
     ///
@@ -38,8 +38,8 @@ impl MinMaxBuilder {
         Ok(Self { size, ranges: vec![EMPTY; count as usize] })
     }
 
-    /// States the least and the greatest w of a pixel's layers. A range that is not
-    /// in order counts as none.
+    /// Sets the minimum and maximum w of a pixel's layers. A range that is not in
+    /// order counts as none.
     ///
     /// # Panics
     ///
@@ -49,7 +49,7 @@ impl MinMaxBuilder {
         self.ranges[y as usize * self.size[0] as usize + x as usize] = range;
     }
 
-    /// States the smallest and the largest depth of a pixel's layers, which reach
+    /// Sets the minimum and maximum depth of a pixel's layers, which reach
     /// `threshold` further to either side. Rounded outwards.
     ///
     /// # Panics
@@ -67,5 +67,48 @@ impl MinMaxBuilder {
     #[must_use]
     pub fn finish(self) -> MinMaxPyramid {
         MinMaxPyramid::over(self.size, self.ranges)
+    }
+}
+
+impl MinMaxPyramid {
+    /// The pyramid of a map of `size` pixels, from depths: `range` gives the
+    /// minimum and maximum depth of a pixel's layers, which reach `threshold`
+    /// further to either side. Rounded outwards. O(pixels).
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::new`].
+    pub fn of_depths(
+        size: [u32; 2],
+        threshold: f64,
+        range: impl Fn(usize) -> Option<[f32; 2]>,
+    ) -> Result<Self> {
+        let mut builder = MinMaxBuilder::new(size)?;
+        for (x, y) in (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y))) {
+            if let Some(depths) = range(y as usize * size[0] as usize + x as usize) {
+                builder.set_depths([x, y], depths, threshold);
+            }
+        }
+        Ok(builder.finish())
+    }
+
+    /// The pyramid of a map of `size` pixels: `range` gives the minimum and maximum
+    /// w of a pixel's layers, or `None` where there are none. Ranges that are not
+    /// in order count as none. O(pixels).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::TooLarge`] above [`Self::MAX_PIXELS`].
+    pub fn new(
+        size: [u32; 2],
+        mut range: impl FnMut(u32, u32) -> Option<[f32; 2]>,
+    ) -> Result<Self> {
+        let mut builder = MinMaxBuilder::new(size)?;
+        for (x, y) in (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y))) {
+            if let Some(range) = range(x, y) {
+                builder.set([x, y], range);
+            }
+        }
+        Ok(builder.finish())
     }
 }

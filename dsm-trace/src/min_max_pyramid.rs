@@ -1,12 +1,8 @@
-//! The depths that each part of a map holds.
+//! Minimum and maximum depths of the parts of a map.
 
-use dsm_core::Result;
-
-use crate::min_max_builder::MinMaxBuilder;
-
-/// A quadtree over the pixels of a map with the least and the greatest w =
-/// 1/depth of their layers (Xie et al. 2007, §4.3). A node covers 2 × 2 nodes
-/// of the level below; nodes without layers are known as empty.
+/// A quadtree over the pixels of a map with the minimum and maximum w = 1/depth of
+/// their layers (Xie et al. 2007, §4.3). A node covers 2 × 2 nodes of the level
+/// below; nodes without layers are known as empty.
 ///
 /// Memory: 8 bytes a pixel and a third more.
 ///
@@ -21,7 +17,7 @@ use crate::min_max_builder::MinMaxBuilder;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct MinMaxPyramid {
-    /// From the pixels up to one node.
+    /// The levels, from the pixels up to one node.
     levels: Vec<Level>,
 }
 
@@ -46,51 +42,10 @@ impl Level {
 }
 
 impl MinMaxPyramid {
-    /// The most pixels that a map may have.
+    /// The largest number of pixels of a map.
     pub const MAX_PIXELS: u64 = 1 << 28;
 
-    /// Over a map of `size` pixels, from depths: `range` gives the smallest and the largest depth of
-    /// a pixel's layers, which reach `threshold` further to either side. Rounded
-    /// outwards. O(pixels).
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::new`].
-    pub fn of_depths(
-        size: [u32; 2],
-        threshold: f64,
-        range: impl Fn(usize) -> Option<[f32; 2]>,
-    ) -> Result<Self> {
-        let mut builder = MinMaxBuilder::new(size)?;
-        for (x, y) in (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y))) {
-            if let Some(depths) = range(y as usize * size[0] as usize + x as usize) {
-                builder.set_depths([x, y], depths, threshold);
-            }
-        }
-        Ok(builder.finish())
-    }
-
-    /// Over a map of `size` pixels: `range` gives the least and the greatest w
-    /// of a pixel's layers, or `None` where there are none. Ranges that are
-    /// not in order count as none. O(pixels).
-    ///
-    /// # Errors
-    ///
-    /// [`dsm_core::Error::TooLarge`] above [`Self::MAX_PIXELS`].
-    pub fn new(
-        size: [u32; 2],
-        mut range: impl FnMut(u32, u32) -> Option<[f32; 2]>,
-    ) -> Result<Self> {
-        let mut builder = MinMaxBuilder::new(size)?;
-        for (x, y) in (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y))) {
-            if let Some(range) = range(x, y) {
-                builder.set([x, y], range);
-            }
-        }
-        Ok(builder.finish())
-    }
-
-    /// Over pixels of these ranges, row by row.
+    /// The pyramid of pixels with these ranges, row by row.
     pub(crate) fn over(size: [u32; 2], ranges: Vec<[f32; 2]>) -> Self {
         let mut levels = vec![Level { size, ranges }];
         while let Some(below) = levels.last().filter(|level| level.size[0].max(level.size[1]) > 1) {
@@ -100,8 +55,8 @@ impl MinMaxPyramid {
                 ranges.extend((0..size[0]).map(|x| {
                     let corners = [(0, 0), (1, 0), (0, 1), (1, 1)];
                     corners.into_iter().fold(EMPTY, |[low, high], (dx, dy)| {
-                        let [least, most] = below.at(2 * x + dx, 2 * y + dy);
-                        [low.min(least), high.max(most)]
+                        let [min, max] = below.at(2 * x + dx, 2 * y + dy);
+                        [low.min(min), high.max(max)]
                     })
                 }));
             }
@@ -132,8 +87,8 @@ impl MinMaxPyramid {
         self.levels[level].size
     }
 
-    /// The least and the greatest w of a node; `None` where it is empty or
-    /// outside the map.
+    /// The minimum and maximum w of a node; `None` where it is empty or outside the
+    /// map.
     ///
     /// # Panics
     ///
@@ -155,14 +110,14 @@ impl MinMaxPyramid {
         ranges.filter(|[low, high]| low > high).count() as u64
     }
 
-    /// The least and the greatest w of the map.
+    /// The minimum and maximum w of the map.
     #[must_use]
     pub fn range(&self) -> Option<[f32; 2]> {
         self.node(self.levels.len() - 1, 0, 0)
     }
 
-    /// Whether a node holds layers with w in [`enter`, `leave`]: both ends
-    /// count, so that what lies at a ray's end is left to the leaf.
+    /// True if a node holds layers with w in \[`enter`, `leave`\]: both ends count,
+    /// so that what lies at a ray's end is left to the leaf.
     pub(crate) fn overlaps(&self, level: usize, x: u32, y: u32, [enter, leave]: [f64; 2]) -> bool {
         let [low, high] = self.levels[level].at(x, y);
         f64::from(low) <= leave && enter <= f64::from(high)

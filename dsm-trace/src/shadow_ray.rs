@@ -1,8 +1,18 @@
-//! One shadow ray in the frame of a light.
+//! Shadow rays in the frame of a light.
 
 /// A straight line in (raster x, raster y, w = 1/depth), from the receiver
 /// towards the light: w grows along it. It holds the points with w in
 /// [start, end).
+///
+/// ```
+/// use dsm_trace::ShadowRay;
+///
+/// // From pixel position (1, 1) at depth 1/0.25, 8 pixels to the right per unit of w.
+/// let ray = ShadowRay::new([1.0, 1.0], 0.25, [8.0, 0.0], 0.5);
+/// assert_eq!(ray.at(0.375), [2.0, 1.0]);
+/// assert_eq!(ray.crossing([1, 0], [2, 2]), Some([0.25, 0.375]));
+/// assert_eq!(ray.crossing([1, 2], [2, 3]), None);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadowRay {
     place: [f64; 2],
@@ -13,14 +23,14 @@ pub struct ShadowRay {
     end: f64,
 }
 
-/// What is left of a ray within a map.
+/// The part of a ray within a map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayClip {
     /// The ray within the raster and the map's depths; `None` if it has no
     /// point there.
     pub ray: Option<ShadowRay>,
-    /// Whether the ray is outside the raster somewhere at the map's depths:
-    /// what stands there is unknown, and taken for nothing.
+    /// True if the ray is outside the raster somewhere at the map's depths:
+    /// occluders there are unknown, and taken for none.
     pub leaves: bool,
 }
 
@@ -33,7 +43,7 @@ impl ShadowRay {
         Self { place, origin: w, slope, start: w, end }
     }
 
-    /// Whether its numbers are finite; the end may be infinite.
+    /// True if its numbers are finite; the end may be infinite.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         let [x, y] = self.place;
@@ -54,7 +64,7 @@ impl ShadowRay {
         self.slope
     }
 
-    /// Where the ray is at `w`.
+    /// The raster position of the ray at `w`.
     #[must_use]
     pub fn at(&self, w: f64) -> [f64; 2] {
         [0, 1].map(|axis| self.place[axis] + self.slope[axis] * (w - self.origin))

@@ -1,44 +1,53 @@
-//! Counts of a tracer's rays.
+//! Statistics of traced rays.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// The rays of a tracer, and those that its map has no answer for.
+/// The number of traced rays, and of those without an answer in the map.
+///
+/// ```
+/// use dsm_trace::TraceStatistics;
+///
+/// let statistics = TraceStatistics { rays: 256, outside_map: 64, behind_light: 0 };
+/// assert_eq!(statistics.rays - statistics.outside_map, 192);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TraceStatistics {
     /// Shadow rays.
     pub rays: u64,
-    /// Rays that leave the raster at the depths of the map: what stands outside
-    /// is not known, and lets all light through.
-    pub leaving: u64,
-    /// Rays of receivers that lie no deeper than the light, or at no place at
-    /// all (NaN): lit.
-    pub beside: u64,
+    /// Rays that leave the raster at the depths of the map: occluders outside are
+    /// unknown, and taken for none.
+    pub outside_map: u64,
+    /// Rays of receivers that lie no deeper than the light, or whose position is
+    /// NaN: lit.
+    pub behind_light: u64,
 }
 
-/// [`TraceStatistics`] that any thread adds to.
+/// [`TraceStatistics`] that all threads add to.
 ///
 /// ```
 /// use dsm_trace::TraceStatistics;
 /// use dsm_trace::detail::TraceCounters;
 ///
 /// let counters = TraceCounters::default();
-/// counters.add(TraceStatistics { rays: 256, leaving: 3, beside: 0 });
+/// counters.add(TraceStatistics { rays: 256, outside_map: 3, behind_light: 0 });
 /// assert_eq!(counters.get().rays, 256);
 /// ```
 #[derive(Debug, Default)]
 pub struct TraceCounters {
     rays: AtomicU64,
-    leaving: AtomicU64,
-    beside: AtomicU64,
+    outside_map: AtomicU64,
+    behind_light: AtomicU64,
 }
 
 impl TraceCounters {
-    /// Adds what was counted elsewhere.
+    /// Adds the counts of one thread.
     pub fn add(&self, counted: TraceStatistics) {
-        let TraceStatistics { rays, leaving, beside } = counted;
-        for (counter, count) in
-            [(&self.rays, rays), (&self.leaving, leaving), (&self.beside, beside)]
-        {
+        let TraceStatistics { rays, outside_map, behind_light } = counted;
+        for (counter, count) in [
+            (&self.rays, rays),
+            (&self.outside_map, outside_map),
+            (&self.behind_light, behind_light),
+        ] {
             if count > 0 {
                 counter.fetch_add(count, Ordering::Relaxed);
             }
@@ -50,8 +59,8 @@ impl TraceCounters {
     pub fn get(&self) -> TraceStatistics {
         TraceStatistics {
             rays: self.rays.load(Ordering::Relaxed),
-            leaving: self.leaving.load(Ordering::Relaxed),
-            beside: self.beside.load(Ordering::Relaxed),
+            outside_map: self.outside_map.load(Ordering::Relaxed),
+            behind_light: self.behind_light.load(Ordering::Relaxed),
         }
     }
 }

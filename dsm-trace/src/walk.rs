@@ -1,12 +1,12 @@
-//! Which pixels a shadow ray has to be tested against (Xie et al. 2007, §4.3).
+//! Traversal of the pixels that a shadow ray crosses (Xie et al. 2007, §4.3).
 
 use std::ops::ControlFlow;
 
 use super::min_max_pyramid::MinMaxPyramid;
 use super::shadow_ray::ShadowRay;
 
-/// What happens at the pixels that a ray crosses. Any function of the pixel and
-/// the w = 1/depth where the ray enters and leaves it is one.
+/// A visitor of the pixels that a ray crosses. Any function of the pixel and the w
+/// = 1/depth where the ray enters and leaves it is one.
 pub trait PixelLeaf {
     /// The ray is within `pixel` for w in [`enter`, `leave`), further along it
     /// than at the pixel before. [`ControlFlow::Break`] ends the walk.
@@ -80,9 +80,9 @@ fn visit(
     ControlFlow::Continue(())
 }
 
-/// Walks a clipped ray through every pixel of a map of `size` that it crosses,
-/// and tests the borders of all: what [`walk_pixels`] is checked against. Hands
-/// over all, whatever the leaf answers. O(width · height).
+/// Walks a clipped ray through every pixel of a map of `size` that it crosses, and
+/// tests the borders of all: the oracle of [`walk_pixels`]. Visits all, whatever
+/// the leaf answers. O(width · height).
 pub fn walk_every_pixel(size: [u32; 2], ray: &ShadowRay, leaf: &mut impl PixelLeaf) {
     let mut crossed = Vec::new();
     if !ray.is_sound() {

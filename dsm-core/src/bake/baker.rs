@@ -1,5 +1,5 @@
-//! From what a shadow camera sees to the tiles of a deep shadow map
-//! (Lokovic & Veach 2000, §3).
+//! Bakes of deep shadow maps from a [`HitSource`], tile by tile (Lokovic & Veach
+//! 2000, §3).
 
 use std::marker::PhantomData;
 use std::ops::ControlFlow;
@@ -23,7 +23,7 @@ use crate::transmittance::Transmittance;
 /// Tiles that may be begun and not yet handed over, for each thread.
 const WINDOW_PER_THREAD: u64 = 4;
 
-/// Bakes a deep shadow map tile by tile: samples, hits, transmittance
+/// A baker of deep shadow maps, tile by tile: samples, hits, transmittance
 /// functions, the pixel filter's weighted sum, compression.
 ///
 /// Every tile is a function of the settings and of what the source answers for
@@ -60,13 +60,13 @@ pub struct Baker<T: Transmittance, S> {
     source: S,
     settings: BakeSettings,
     camera: Option<MapCamera>,
-    /// What threads that are between two tiles have left here.
+    /// Working memory of threads that are between two tiles.
     spare: Mutex<Vec<ExactBaker<T>>>,
     channels: PhantomData<T>,
 }
 
 impl<T: Transmittance, S: HitSource<T>> Baker<T, S> {
-    /// A baker of what `source` shows.
+    /// A baker of the scene behind `source`.
     ///
     /// # Errors
     ///
@@ -83,7 +83,7 @@ impl<T: Transmittance, S: HitSource<T>> Baker<T, S> {
         &self.settings
     }
 
-    /// What the map says of itself.
+    /// The metadata of the map.
     #[must_use]
     pub fn info(&self) -> MapInfo {
         let [left, top, right, bottom] = self.settings.window();
@@ -104,9 +104,9 @@ impl<T: Transmittance, S: HitSource<T>> Baker<T, S> {
         }
     }
 
-    /// Hands the functions of a tile's pixels, before their compression, to
-    /// `visit`: each pixel once, row by row or, in a tile of several blocks,
-    /// block by block. Returns the number of hits.
+    /// Passes the uncompressed visibility functions of a tile's pixels to `visit`:
+    /// each pixel once, row by row or, in a tile of several blocks, block by block.
+    /// Returns the number of hits.
     ///
     /// # Errors
     ///
@@ -120,9 +120,10 @@ impl<T: Transmittance, S: HitSource<T>> Baker<T, S> {
         self.exact_tile_within(tile, self.settings.tolerance().chord(), visit)
     }
 
-    /// The same with chords that miss the exponentials of media by at most
-    /// `chord_error`, or [`Tolerance::CHORD_FLOOR`](crate::Tolerance::CHORD_FLOOR)
-    /// if that is more.
+    /// Passes the functions of [`Self::exact_tile`] to `visit` with a chord error
+    /// of its own: chords miss the exponentials of media by at most `chord_error`,
+    /// or [`Tolerance::CHORD_FLOOR`](crate::Tolerance::CHORD_FLOOR) if that is
+    /// more.
     ///
     /// # Errors
     ///
@@ -139,11 +140,11 @@ impl<T: Transmittance, S: HitSource<T>> Baker<T, S> {
         })
     }
 
-    /// Hands what the samples under a tile's pixels meet to `visit`, each pixel
-    /// once, in the order of [`Self::exact_tile`]: for maps that keep more of
-    /// it than one function a pixel. Returns the number of hits. Costs
-    /// O(h log h) for the h hits under a filter, and holds those of one pixel's
-    /// samples a second time.
+    /// Passes the weighted hits of the samples under each pixel's filter to
+    /// `visit`, each pixel once, in the order of [`Self::exact_tile`]: for maps
+    /// that keep more of them than one function a pixel. Returns the number of
+    /// hits. Costs O(h log h) for the h hits under a filter, and holds those of one
+    /// pixel's samples a second time.
     ///
     /// # Errors
     ///
@@ -213,8 +214,8 @@ impl<T: Transmittance, S: HitSource<T>> Baker<T, S> {
         self.run_tiles(|tile| encode(self.tile(tile)?), sink, watch)
     }
 
-    /// The same with tiles of any kind: `make` makes one of its place among
-    /// the tiles of the whole map, in parallel.
+    /// Makes tiles of any kind, in parallel and in the order of [`Self::run`]:
+    /// `make` makes one of its place among the tiles of the whole map.
     ///
     /// # Errors
     ///

@@ -31,15 +31,15 @@ impl<'a, T: Transmittance> ExactPixel<'a, T> {
     }
 
     /// The vertices, front to back, as
-    /// [`WeightedTransmittance::run`](crate::WeightedTransmittance::run) gives
-    /// them. None: 1 everywhere.
+    /// [`WeightedTransmittance::run`](crate::curve::sweep::WeightedTransmittance::run)
+    /// gives them. None: 1 everywhere.
     #[must_use]
     pub const fn vertices(&self) -> &'a [SumVertex<T>] {
         self.vertices
     }
 
-    /// Whether chords stand for exponentials, so that the function is off by
-    /// up to the chord error already: [`Tolerance::chord`](crate::Tolerance::chord)
+    /// True if chords stand for exponentials, so that the function is off by up to
+    /// the chord error already: [`Tolerance::chord`](crate::Tolerance::chord)
     /// unless another was asked for.
     #[must_use]
     pub const fn is_curved(&self) -> bool {
@@ -47,7 +47,8 @@ impl<'a, T: Transmittance> ExactPixel<'a, T> {
     }
 }
 
-/// What the samples under a pixel's filter meet, before anything is summed up.
+/// The weighted hits of the samples under a pixel's filter, before they are summed
+/// up.
 #[derive(Clone, Copy, Debug)]
 pub struct SampledPixel<'a, T: Transmittance> {
     pub(super) pixel: [u32; 2],
@@ -69,7 +70,7 @@ impl<'a, T: Transmittance> SampledPixel<'a, T> {
         self.weights
     }
 
-    /// What the rays meet, in the order of their weights.
+    /// The hits of the rays, in the order of their weights.
     #[must_use]
     pub const fn rays(&self) -> &'a [RayHits<T>] {
         self.rays
@@ -114,7 +115,7 @@ impl<T: Transmittance> ExactBaker<T> {
         }
     }
 
-    /// Hands the pixels of `block` to `visit`, row by row.
+    /// Passes the pixels of `block` to `visit`, row by row.
     pub(super) fn run<S: HitSource<T>>(
         &mut self,
         source: &S,
@@ -133,7 +134,7 @@ impl<T: Transmittance> ExactBaker<T> {
         Ok(hits)
     }
 
-    /// Hands what the samples under the pixels of `block` meet to `visit`, row
+    /// Passes the hits of the samples under the pixels of `block` to `visit`, row
     /// by row.
     pub(super) fn run_rays<S: HitSource<T>>(
         &mut self,
@@ -224,7 +225,7 @@ struct Media<T: Transmittance> {
     /// The functions of the pixels under the filter: as many rows as it
     /// reaches, used in turn.
     functions: Vec<TransmittanceFunction<T>>,
-    /// Whose functions these are, pixel by pixel.
+    /// The pixel that each entry of `functions` belongs to.
     built: Vec<Option<u32>>,
     rows: u32,
     columns: u32,
@@ -281,7 +282,7 @@ impl<T: Transmittance> Media<T> {
         curved
     }
 
-    /// Where the functions of a pixel of the block and its border are kept.
+    /// The index of the functions of a pixel of the block and its border.
     fn place(&self, pixel: u32) -> usize {
         let (row, column) = (pixel / self.columns, pixel % self.columns);
         (row % self.rows * self.columns + column) as usize

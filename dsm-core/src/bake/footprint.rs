@@ -1,5 +1,5 @@
-//! What the pixel filter reaches, and how much it counts
-//! (Lokovic & Veach 2000, §3.2, equation 1).
+//! Support and weights of the pixel filter (Lokovic & Veach 2000, §3.2, equation
+//! 1).
 
 use super::pixel_hits::PixelHits;
 use super::settings::BakeSettings;
@@ -14,7 +14,7 @@ use crate::transmittance::Transmittance;
 pub(super) struct Footprint<T: Transmittance> {
     filter: Filter,
     border: u32,
-    /// Of all samples under the filter, pixel by pixel.
+    /// The weights of all samples under the filter, pixel by pixel.
     weights: Vec<f64>,
     /// The surfaces under a filter wider than a pixel.
     keys: Vec<u64>,
@@ -34,7 +34,7 @@ impl<T: Transmittance> Footprint<T> {
         Self { filter, border, weights, keys: Vec::new(), opacities: Vec::new() }
     }
 
-    /// How many pixels beyond a pixel the filter reaches.
+    /// Number of pixels beyond a pixel that the filter reaches.
     pub(super) const fn border(&self) -> u32 {
         self.border
     }

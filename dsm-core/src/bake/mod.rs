@@ -1,5 +1,4 @@
-//! From what a shadow camera sees to the tiles of a deep shadow map
-//! (Lokovic & Veach 2000, §3).
+//! Bakes of deep shadow maps (Lokovic & Veach 2000, §3).
 
 pub(crate) mod baker;
 pub(crate) mod exact;

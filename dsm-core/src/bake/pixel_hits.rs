@@ -10,12 +10,12 @@ use crate::transmittance::Transmittance;
 /// order in which they came. O(hits + pixels).
 #[derive(Clone, Debug)]
 pub(super) struct PixelHits<T: Transmittance> {
-    /// Where each pixel's surfaces start, and the end.
+    /// First surface of each pixel, and the end.
     starts: Vec<u32>,
     /// Depth bits above the sample.
     keys: Vec<u64>,
     opacities: Vec<T>,
-    /// By sample.
+    /// Segments of media, by sample.
     segments: Vec<(u32, VolumeSegment<T>)>,
     samples_per_pixel: u32,
 }
@@ -101,7 +101,7 @@ impl<T: Transmittance> PixelHits<T> {
         Surfaces { keys: &self.keys[range.clone()], opacities: &self.opacities[range] }
     }
 
-    /// Whether any sample meets a medium.
+    /// True if any sample hits a medium.
     pub(super) const fn has_media(&self) -> bool {
         !self.segments.is_empty()
     }
@@ -113,7 +113,7 @@ impl<T: Transmittance> PixelHits<T> {
         &self.segments[start..][..before(samples.end) - start]
     }
 
-    /// Hands what each of a pixel's samples meets to `visit`, one after the
+    /// Passes the hits of each of a pixel's samples to `visit`, one after the
     /// other. `order` is scratch memory.
     pub(super) fn for_each_ray(
         &self,

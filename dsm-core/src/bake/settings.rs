@@ -1,4 +1,4 @@
-//! What a bake is asked for.
+//! Settings of a bake.
 
 use crate::camera::shadow_camera::ShadowCamera;
 use crate::compress::quantization::Quantization;
@@ -8,18 +8,19 @@ use crate::hits::sampling::PixelSampling;
 use crate::hits::tile_samples::MapCamera;
 use crate::tolerance::Tolerance;
 
-/// How a map is sampled, filtered and compressed.
+/// Resolution, sampling, filter and compression of a map to bake.
 ///
 /// ```
 /// use dsm_core::{BakeSettings, Filter, FilterShape};
 ///
-/// let mut settings = BakeSettings::new([512, 512])?;
+/// let settings = BakeSettings::new([512, 512])?;
 /// assert_eq!(settings.tolerance().epsilon(), 0.0625);
-/// settings.filter = Filter::new(FilterShape::Box, 2.0)?;
+/// let settings = settings.with_filter(Filter::new(FilterShape::Box, 2.0)?);
 /// assert_eq!(settings.tolerance().epsilon(), 0.03125);
 /// # Ok::<(), dsm_core::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct BakeSettings {
     /// Width and height of the whole map in pixels, up to
     /// [`Self::MAX_SIZE`].
@@ -31,13 +32,13 @@ pub struct BakeSettings {
     pub crop: Option<[u32; 4]>,
     /// The sample points of a pixel.
     pub sampling: PixelSampling,
-    /// The pixel filter. Samples beyond the map's edge are asked for too.
+    /// The pixel filter. Samples beyond the map's edge are requested too.
     pub filter: Filter,
-    /// The bound that every pixel keeps; none: see [`Self::tolerance`].
+    /// The error bound of every pixel; none: see [`Self::tolerance`].
     pub tolerance: Option<Tolerance>,
     /// The grids that vertices are rounded to; none: depths stay as the source
     /// gave them. Asks for a tolerance of at least
-    /// [`Quantization::LEAST_TOLERANCE`].
+    /// [`Quantization::MIN_TOLERANCE`].
     pub quantization: Option<Quantization>,
     /// The camera whose NDC \[0, 1\]² covers the map. It tells how long rays
     /// are; without one they are as long as their depth.
@@ -51,7 +52,7 @@ impl BakeSettings {
     /// The largest width and height of a tile.
     pub const MAX_TILE_SIZE: u32 = 4096;
 
-    /// The most samples under the filter of one pixel.
+    /// The largest number of samples under the filter of one pixel.
     pub const MAX_SAMPLES_UNDER_FILTER: u64 = 1 << 20;
 
     /// A whole map of `size` pixels in tiles of 64: 16 samples a pixel with
@@ -74,6 +75,48 @@ impl BakeSettings {
         settings.check().map(|_| settings)
     }
 
+    /// Sets the width and height of a tile in pixels.
+    #[must_use]
+    pub fn with_tile_size(self, tile_size: u32) -> Self {
+        Self { tile_size, ..self }
+    }
+
+    /// Sets the part of the map to bake: x₀, y₀, x₁, y₁, half-open; `None` for all.
+    #[must_use]
+    pub fn with_crop(self, crop: impl Into<Option<[u32; 4]>>) -> Self {
+        Self { crop: crop.into(), ..self }
+    }
+
+    /// Sets the sample points of a pixel.
+    #[must_use]
+    pub fn with_sampling(self, sampling: PixelSampling) -> Self {
+        Self { sampling, ..self }
+    }
+
+    /// Sets the pixel filter.
+    #[must_use]
+    pub fn with_filter(self, filter: Filter) -> Self {
+        Self { filter, ..self }
+    }
+
+    /// Sets the error bound; `None` for the one that matches the samples.
+    #[must_use]
+    pub fn with_tolerance(self, tolerance: impl Into<Option<Tolerance>>) -> Self {
+        Self { tolerance: tolerance.into(), ..self }
+    }
+
+    /// Sets the grids that vertices are rounded to; `None` for exact depths.
+    #[must_use]
+    pub fn with_quantization(self, quantization: impl Into<Option<Quantization>>) -> Self {
+        Self { quantization: quantization.into(), ..self }
+    }
+
+    /// Sets the camera whose NDC \[0, 1\]² covers the map.
+    #[must_use]
+    pub fn with_camera(self, camera: impl Into<Option<ShadowCamera>>) -> Self {
+        Self { camera: camera.into(), ..self }
+    }
+
     /// The tolerance: as it was set, or 0.25/√N, where N is the number of
     /// evenly weighted samples that are as noisy as those under the filter
     /// (Lokovic & Veach 2000, §4).
@@ -84,38 +127,38 @@ impl BakeSettings {
         self.tolerance.unwrap_or_else(auto)
     }
 
-    /// How many pixels beyond a pixel the filter reaches.
+    /// Number of pixels beyond a pixel that the filter reaches.
     pub(super) fn border(&self) -> u32 {
         // Saturates, and `check` refuses that.
         self.filter.border() as u32
     }
 
-    /// What is wrong, or the rays of the camera.
+    /// Checks the settings, and makes the rays of the camera.
     pub(super) fn check(&self) -> Result<Option<MapCamera>> {
         let refuse = |setting, reason| Err(Error::Setting { setting, reason });
         if !self.size.iter().all(|size| (1..=Self::MAX_SIZE).contains(size)) {
-            return refuse("size", "a map has 1 to 2²⁴ pixels a side");
+            return refuse("size", "must be 1 to 2²⁴ pixels per side");
         }
         if !(1..=Self::MAX_TILE_SIZE).contains(&self.tile_size) {
-            return refuse("tile size", "a tile has 1 to 4096 pixels a side");
+            return refuse("tile size", "must be 1 to 4096 pixels per side");
         }
         let side = 2 * u64::from(self.border().min(Self::MAX_TILE_SIZE)) + 1;
         let samples = side * side * u64::from(self.sampling.samples_per_pixel());
         if samples > Self::MAX_SAMPLES_UNDER_FILTER {
-            return refuse("filter", "it may reach 2²⁰ samples");
+            return refuse("filter", "must cover at most 2²⁰ samples");
         }
-        let least = Quantization::LEAST_TOLERANCE;
-        if self.quantization.is_some() && self.tolerance().epsilon() < least {
-            return refuse("quantization", "it needs a tolerance of 2⁻¹⁶ or more");
+        let min = Quantization::MIN_TOLERANCE;
+        if self.quantization.is_some() && self.tolerance().epsilon() < min {
+            return refuse("quantization", "needs a tolerance of at least 2⁻¹⁶");
         }
         let [left, top, right, bottom] = self.window();
         for (start, end, size) in [(left, right, self.size[0]), (top, bottom, self.size[1])] {
             if start >= end || end > size {
-                return refuse("crop", "it must hold pixels of the map, and no others");
+                return refuse("crop", "must be a non-empty part of the map");
             }
             let on_border = |edge: u32| edge.is_multiple_of(self.tile_size) || edge == size;
             if !(on_border(start) && on_border(end)) {
-                return refuse("crop", "its edges must be borders of tiles");
+                return refuse("crop", "edges must lie on tile borders");
             }
         }
         self.camera.as_ref().map(|camera| MapCamera::new(camera, self.size)).transpose()
@@ -174,8 +217,8 @@ impl Block {
     /// and their hits should fit a core's cache.
     const SAMPLES: u64 = 1 << 14;
 
-    /// The same where a filter reaches over the border, so that what is
-    /// sampled twice stays a small part.
+    /// Samples that a block holds at most where a filter reaches over the border,
+    /// so that the part that is sampled twice stays small.
     const SAMPLES_WITH_BORDER: u64 = 1 << 18;
 
     /// Columns and rows within the block, row by row.

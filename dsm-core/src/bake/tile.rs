@@ -1,4 +1,4 @@
-//! A tile's functions, compressed under the bound, and how well they fit.
+//! The compressed functions of a tile, and their errors.
 
 use std::ops::Range;
 
@@ -53,15 +53,15 @@ impl<T: Transmittance> BakedTile<T> {
         self.mean_error
     }
 
-    /// How far depths were moved away from the light at most, which the errors
-    /// don't count ([`Quantization`]); 0 without one.
+    /// The largest shift of a depth away from the light, which the errors don't
+    /// count ([`Quantization`]); 0 without one.
     #[must_use]
     pub const fn depth_error(&self) -> f32 {
         self.depth_error
     }
 
-    /// How many surfaces and stretches of media its samples met, on the
-    /// border that the filter reaches too.
+    /// Number of surfaces and segments of media that the tile's samples hit,
+    /// including those on the border that the filter reaches.
     #[must_use]
     pub const fn hits(&self) -> u64 {
         self.hits
@@ -78,7 +78,7 @@ pub(super) struct TileCompressor<T: Transmittance> {
     vertices: Vec<Vertex<T>>,
     /// One pixel's vertices, to be measured.
     stored: Vec<SumVertex<T>>,
-    /// Which vertices are whose, row by row.
+    /// The vertices of each pixel, row by row.
     pixels: Vec<Range<usize>>,
     differences: DifferenceSummary,
     worst: f64,

@@ -1,4 +1,4 @@
-//! What a map says of itself.
+//! Metadata of a map.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,12 +8,20 @@ use crate::filter::Filter;
 use crate::light::LightExtent;
 use crate::tolerance::Tolerance;
 
-/// What a map says of itself, besides its pixels.
+/// The metadata of a map: all that a query needs besides its pixels.
+///
+/// ```
+/// use dsm_core::{MapInfo, Tolerance};
+///
+/// let info = MapInfo { tolerance: Tolerance::new(0.01)?, ..MapInfo::default() };
+/// assert_eq!(info.camera, None);
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MapInfo {
-    /// Where the map looks from, if known.
+    /// The shadow camera, if known.
     pub camera: Option<ShadowCamera>,
-    /// What its depths measure.
+    /// The measure of its depths.
     pub depth_kind: DepthKind,
     /// The bound that every pixel keeps.
     pub tolerance: Tolerance,

@@ -1,4 +1,4 @@
-//! Where a map looks from, and how points of the world lie in it.
+//! Shadow cameras, and the projection of world points into their maps.
 
 pub(crate) mod map_info;
 pub(crate) mod pixel_window;

@@ -1,4 +1,4 @@
-//! Where the points of a scene lie in a map, and how fast that changes.
+//! Raster positions of world points in a map, and their derivatives.
 
 use glam::{DMat2, DMat4, DVec2, DVec3};
 
@@ -7,8 +7,8 @@ use super::pixel_window::PixelWindow;
 use super::shadow_camera::ShadowCamera;
 use crate::error::{Error, Result};
 
-/// Takes points of the world to a map's raster: pixel (i, j) covers
-/// [i, i+1) × [j, j+1), and z is the depth.
+/// The projection of world points to a map's raster: pixel (i, j) covers [i, i+1) ×
+/// [j, j+1), and z is the depth.
 ///
 /// ```
 /// use dsm_core::{MapInfo, ShadowCamera};
@@ -41,7 +41,7 @@ pub struct MapProjection {
 }
 
 impl MapProjection {
-    /// The way into a map of `size` pixels. A window that the map doesn't
+    /// The projection into a map of `size` pixels. A window that the map doesn't
     /// know is the map itself.
     ///
     /// # Errors
@@ -71,7 +71,7 @@ impl MapProjection {
         Some((self.corner + ndc.truncate() * self.scale).extend(ndc.z))
     }
 
-    /// How the raster position and the depth of a point of the world change
+    /// The derivatives of the raster position and the depth of a point of the world
     /// along each of two directions, per unit of length.
     fn changes(&self, world: DVec3, directions: [DVec3; 2]) -> [DVec3; 2] {
         let projected = self.to_ndc * world.extend(1.0);
@@ -84,8 +84,8 @@ impl MapProjection {
         })
     }
 
-    /// How much of the world, across the view axis, a pixel covers at a point:
-    /// the side of a square of the same area, in scene units.
+    /// The size of a pixel in the world, across the view axis, at a point: the side
+    /// of a square of the same area, in scene units.
     pub(crate) fn pixel_size(&self, world: DVec3) -> f64 {
         self.image_plane(world).abs().sqrt().recip()
     }
@@ -99,9 +99,9 @@ impl MapProjection {
         DMat2::from_cols(right, up).determinant()
     }
 
-    /// How the depth of a plane with this unit normal changes per pixel in x
-    /// and y at a point, and whether the camera is on the side that the normal
-    /// points to; `None` where the plane is seen edge on.
+    /// The change of depth per pixel in x and y of a plane with this unit normal at
+    /// a point, and true if the camera is on the side that the normal points to;
+    /// `None` where the plane is seen edge on.
     pub(crate) fn plane_gradient(&self, world: DVec3, normal: DVec3) -> Option<(DVec2, bool)> {
         let u = normal.any_orthogonal_vector().try_normalize()?;
         let [u, v] = self.changes(world, [u, normal.cross(u)]);
@@ -111,8 +111,8 @@ impl MapProjection {
         gradient.is_finite().then_some((gradient, faces))
     }
 
-    /// How the depth along a line changes per pixel, as a gradient that points
-    /// the way the line is seen; `None` for a line that is seen as a point.
+    /// The change of depth per pixel along a line, as a gradient that points the
+    /// way the line is seen; `None` for a line that is seen as a point.
     pub(crate) fn line_gradient(&self, world: DVec3, along: DVec3) -> Option<DVec2> {
         let [change, _] = self.changes(world, [along; 2]);
         let across = change.truncate();

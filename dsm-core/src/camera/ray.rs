@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 /// A ray: the points `origin` + t · `direction` for t in [near, far), at a time of
-/// the shutter. Whether t is a distance or a depth is the direction's length.
+/// the shutter. t is a distance or a depth, depending on the direction's length.
 ///
 /// ```
 /// use dsm_core::Ray;
@@ -23,14 +23,14 @@ pub struct Ray {
 }
 
 impl Ray {
-    /// The half line from `origin` on, when the shutter opens. A ray whose
-    /// numbers are not finite, or without a direction, meets nothing.
+    /// The half line from `origin` on, when the shutter opens. A ray whose numbers
+    /// are not finite, or without a direction, hits nothing.
     #[must_use]
     pub const fn new(origin: DVec3, direction: DVec3) -> Self {
         Self { origin, direction, near: 0.0, far: f64::INFINITY, time: 0.0 }
     }
 
-    /// What lies between two points: t is 0 at the first and 1 at the second.
+    /// The segment between two points: t is 0 at the first and 1 at the second.
     #[must_use]
     pub fn between(from: DVec3, to: DVec3) -> Self {
         Self::new(from, to - from).within(0.0, 1.0)
@@ -48,13 +48,13 @@ impl Ray {
         Self { time, ..self }
     }
 
-    /// Where t is 0.
+    /// The point at t = 0.
     #[must_use]
     pub const fn origin(&self) -> DVec3 {
         self.origin
     }
 
-    /// How far one unit of t goes.
+    /// The displacement per unit of t.
     #[must_use]
     pub const fn direction(&self) -> DVec3 {
         self.direction
@@ -78,7 +78,7 @@ impl Ray {
         self.origin + self.direction * t
     }
 
-    /// Whether the ray can meet anything.
+    /// True if the ray can hit anything.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         self.origin.is_finite()

@@ -1,11 +1,17 @@
-//! Where a map looks from, and what its depths mean.
+//! Shadow cameras, and the measure of their depths.
 
 use glam::{DMat4, DVec3, DVec4};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 
-/// What a depth measures.
+/// The measure of a depth.
+///
+/// ```
+/// use dsm_core::{DepthKind, MapInfo};
+///
+/// assert_eq!(MapInfo::default().depth_kind, DepthKind::Planar);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
@@ -21,6 +27,20 @@ pub enum DepthKind {
 /// depth is −z of camera space. NDC is [0, 1]², x right and y down, over the
 /// display window. Either matrix may be unknown. Matrices of `f32`, as images
 /// carry them, are held as they are: [`Self::projection`] tells what they are off by.
+///
+/// ```
+/// use dsm_core::{Projection, View};
+/// use glam::DVec3;
+///
+/// let view = View { eye: DVec3::Z * 5.0, target: DVec3::ZERO, up: DVec3::Y };
+/// let raster = view.raster(Projection::Perspective { fov: 90.0 }, [64, 64])?;
+/// let camera = raster.shadow_camera();
+/// // The middle of the map, 5 units from the camera's plane.
+/// let seen = camera.project(DVec3::ZERO)?.unwrap();
+/// assert!((seen - DVec3::new(0.5, 0.5, 5.0)).length() < 1e-12);
+/// assert_eq!(camera.project(DVec3::Z * 6.0)?, None);
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ShadowCamera {
     /// World to camera space.
@@ -108,12 +128,12 @@ impl ShadowCamera {
     }
 }
 
-/// Where a camera's rays go: what [`ShadowCamera::distance_per_depth`] needs of
-/// its matrices, for many rays.
+/// The directions of a camera's rays: the matrices of
+/// [`ShadowCamera::distance_per_depth`], prepared for many rays.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RayDirections {
-    /// Of the projection from camera space: its rows for x, y and w, without
-    /// the last column.
+    /// The x, y and w rows of the projection from camera space, without the last
+    /// column.
     rows: [DVec3; 3],
 }
 
@@ -136,7 +156,7 @@ impl RayDirections {
     }
 }
 
-/// Whether a number is an `f32`, or what the shortest decimals of one read as.
+/// True for an `f32`, or the number that the shortest decimals of one read as.
 fn is_single(number: f64) -> bool {
     let single = number as f32;
     f64::from(single) == number || single.to_string().parse() == Ok(number)

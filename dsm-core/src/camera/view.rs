@@ -1,11 +1,22 @@
-//! Places and directions that a camera looks from.
+//! Positions and directions of cameras.
 
 use glam::{DMat3, DVec2, DVec3};
 
 use super::view_raster::ViewRaster;
 use crate::error::{Error, Result};
 
-/// A way to map directions to pixels.
+/// The projection of a camera.
+///
+/// ```
+/// use dsm_core::{Projection, View};
+/// use glam::DVec3;
+///
+/// let view = View { eye: DVec3::Z * 5.0, target: DVec3::ZERO, up: DVec3::Y };
+/// let raster = view.raster(Projection::Orthographic { extent: 4.0 }, [64, 32])?;
+/// assert!(!raster.is_perspective());
+/// assert_eq!(raster.half_size(), glam::DVec2::new(2.0, 1.0));
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
     /// Through one point; `fov` is the full angle in degrees, in (0, 180).
@@ -20,7 +31,7 @@ pub enum Projection {
     },
 }
 
-/// A view: a position, a point that is looked at, and what is up.
+/// A view: a position, a target and an up vector.
 ///
 /// ```
 /// use dsm_core::{Projection, View};
@@ -39,10 +50,10 @@ pub enum Projection {
 pub struct View {
     /// The position.
     pub eye: DVec3,
-    /// What lies in the middle.
+    /// The point in the middle of the view.
     pub target: DVec3,
-    /// What points upwards; where it is parallel to the view, the axis serves
-    /// that is least aligned with it.
+    /// The up vector; where it is parallel to the view, the axis serves that is
+    /// least aligned with it.
     pub up: DVec3,
 }
 
@@ -63,7 +74,7 @@ impl View {
             }
         }
         let Some(back) = (self.eye - self.target).try_normalize() else {
-            return refuse("target", "must be another point than eye");
+            return refuse("target", "must differ from eye");
         };
         let across = |up: DVec3| {
             let right = up.try_normalize()?.cross(back);
@@ -72,7 +83,7 @@ impl View {
         let axes = back.abs().to_array();
         let least = (0..3).min_by(|&a, &b| axes[a].total_cmp(&axes[b])).unwrap_or(0);
         let Some(right) = across(self.up).or_else(|| across(DVec3::AXES[least])) else {
-            return refuse("up", "no axis is across the view");
+            return refuse("up", "no axis is perpendicular to the view");
         };
         Ok(DMat3::from_cols(right, back.cross(right), back))
     }

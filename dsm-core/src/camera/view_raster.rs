@@ -62,7 +62,7 @@ impl ViewRaster {
         self.basis
     }
 
-    /// Whether rays go through one point.
+    /// True if rays go through one point.
     #[must_use]
     pub fn is_perspective(&self) -> bool {
         self.perspective
@@ -75,7 +75,7 @@ impl ViewRaster {
         self.half
     }
 
-    /// The same view from `distance` further back, its angle unchanged.
+    /// This view from `distance` further back, its angle unchanged.
     #[must_use]
     pub fn moved_back(&self, distance: f64) -> Self {
         Self { eye: self.eye + self.basis.z_axis * distance, ..*self }
@@ -96,8 +96,8 @@ impl ViewRaster {
     }
 
     /// The raster position and the depth of a point of the world; `None` at the
-    /// camera's plane, behind it, and where numbers are not finite. What
-    /// [`Self::ray`] undoes.
+    /// camera's plane, behind it, and where numbers are not finite. The inverse of
+    /// [`Self::ray`].
     #[must_use]
     pub fn project(&self, world: DVec3) -> Option<DVec3> {
         let point = self.basis.transpose() * (world - self.eye);
@@ -108,7 +108,7 @@ impl ViewRaster {
         (depth > 0.0 && place.is_finite()).then_some(place)
     }
 
-    /// The matrices of a map from here.
+    /// The shadow camera of a map from this view.
     #[must_use]
     pub fn shadow_camera(&self) -> ShadowCamera {
         let rotation = self.basis.transpose();

@@ -7,9 +7,9 @@ use crate::visibility::vertex::{SumVertex, Vertex};
 
 /// A compressor of visibility functions under an L∞ bound.
 pub trait Compressor<T: Transmittance> {
-    /// Hands the vertices of a V′ with |V′ − V| ≤ ε, in `f32` values, to `emit`, for
-    /// the V of `vertices`, which keep the invariant of visibility functions and end
-    /// with V(∞): V′ ends with it too, rounded, and keeps the invariant.
+    /// Passes the vertices of a V′ with |V′ − V| ≤ ε, in `f32` values, to `emit`,
+    /// for the V of `vertices`, which keep the invariant of visibility functions
+    /// and end with V(∞): V′ ends with it too, rounded, and keeps the invariant.
     fn compress(
         &self,
         tolerance: Tolerance,
@@ -18,7 +18,7 @@ pub trait Compressor<T: Transmittance> {
     );
 }
 
-/// The compressors that there are: what bakes, conversions and mip levels name.
+/// The choice of a compressor, for bakes, conversions and mip levels.
 ///
 /// ```
 /// use dsm_core::{Tolerance, Vertex};

@@ -7,7 +7,8 @@ use crate::transmittance::Transmittance;
 use crate::visibility::function::{VisibilityFunction, VisibilityView};
 use crate::visibility::vertex::{SumVertex, Vertex};
 
-/// What a compressor is told of V(∞), the value that a function ends with.
+/// The end condition of a compressor: its constraint on V(∞), the final value of a
+/// function.
 ///
 /// A one-pass monotone compressor ends exactly only if it never goes below
 /// the end. So it has to know it, or must not go below V at all.
@@ -186,7 +187,7 @@ impl<T: Transmittance> GreedyCompressor<T> {
         }
     }
 
-    /// Whether V has fallen to its announced end in every channel.
+    /// True if V has fallen to its announced end in every channel.
     fn has_ended(&self, vertex: &SumVertex<T>) -> bool {
         let mut both = vertex.value.as_ref().iter().zip(self.ended.as_ref());
         both.all(|(value, ended)| value <= ended)
@@ -269,7 +270,7 @@ impl<T: Transmittance> GreedyCompressor<T> {
         self.state = State::Ended;
     }
 
-    /// Holds the input to what it promises.
+    /// Checks the input against its contract.
     #[cfg(debug_assertions)]
     fn check(&mut self, vertex: &SumVertex<T>) {
         let [before, previous] = self.pushed;

@@ -1,4 +1,5 @@
-//! Fewer vertices under a bound (Lokovic & Veach 2000, §3.3 and §5.2).
+//! Compression: fewer vertices under an error bound (Lokovic & Veach 2000, §3.3 and
+//! §5.2).
 
 pub(crate) mod compressor;
 pub(crate) mod greedy;

@@ -1,4 +1,4 @@
-//! The compressor as the paper has it, to compare with.
+//! The compressor of the paper, as a baseline.
 
 use super::slope_window::{SlopeWindow, Target};
 use crate::tolerance::Tolerance;

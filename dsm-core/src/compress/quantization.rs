@@ -1,4 +1,4 @@
-//! Functions rounded to grids, so that a file spends few bits on them.
+//! Quantization of functions to grids, for small files.
 
 use crate::error::{Error, Result};
 use crate::tolerance::Tolerance;
@@ -45,7 +45,7 @@ impl Default for Quantization {
 
 impl Quantization {
     /// The smallest tolerance whose values can be rounded.
-    pub const LEAST_TOLERANCE: f32 = 1.0 / (1 << 16) as f32;
+    pub const MIN_TOLERANCE: f32 = 1.0 / (1 << 16) as f32;
 
     /// Depths with this many bits behind the point.
     ///
@@ -76,12 +76,12 @@ impl Quantization {
     /// of ε.
     #[must_use]
     pub fn value_step(tolerance: Tolerance) -> f32 {
-        let quarter = 0.25 * tolerance.epsilon().max(Self::LEAST_TOLERANCE);
+        let quarter = 0.25 * tolerance.epsilon().max(Self::MIN_TOLERANCE);
         // Its bits without the mantissa.
         f32::from_bits(quarter.to_bits() & !((1 << MANTISSA) - 1))
     }
 
-    /// What is left of a tolerance for compression: half a step less.
+    /// The tolerance that is left for compression: half a step less.
     pub(crate) fn rest(tolerance: Tolerance) -> Tolerance {
         tolerance.after(0.5 * f64::from(Self::value_step(tolerance)))
     }

@@ -1,4 +1,4 @@
-//! The slopes that a segment may still have.
+//! The window of slopes that a segment may have.
 
 use crate::transmittance::Transmittance;
 use crate::visibility::vertex::{SumVertex, Vertex};
@@ -36,12 +36,12 @@ pub(super) struct SlopeWindow<T: Transmittance> {
     highest: T::Sum,
 }
 
-/// How far around a vertex its target window reaches.
+/// The target window around a vertex.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Target<T: Transmittance> {
-    /// How far below the vertex.
+    /// Its extent below the vertex.
     pub(super) down: f64,
-    /// How far above the vertex.
+    /// Its extent above the vertex.
     pub(super) up: f64,
     /// The value that no window reaches below.
     pub(super) floor: T::Sum,
@@ -89,19 +89,19 @@ impl<T: Transmittance> SlopeWindow<T> {
         }
     }
 
-    /// Where the segment starts; z is NaN if the window is closed.
+    /// The start of the segment; z is NaN if the window is closed.
     #[inline]
     pub(super) const fn origin(&self) -> SumVertex<T> {
         self.origin
     }
 
-    /// Whether there is a segment at all.
+    /// True if there is no segment.
     #[inline]
     pub(super) const fn is_closed(&self) -> bool {
         self.start.is_nan()
     }
 
-    /// Whether any vertex behind the origin was let in.
+    /// True if any vertex behind the origin was let in.
     #[inline]
     pub(super) fn is_open(&self) -> bool {
         self.last > self.origin.z
@@ -168,8 +168,8 @@ impl<T: Transmittance> SlopeWindow<T> {
         }
     }
 
-    /// Whether the segment may go straight to `vertex`, which stands behind
-    /// the origin.
+    /// True if the segment may go straight to `vertex`, which stands behind the
+    /// origin.
     pub(super) fn admits(&self, vertex: &SumVertex<T>) -> bool {
         let length = f64::from(vertex.z) - self.start;
         (0..T::CHANNELS).all(|channel| {
@@ -179,8 +179,8 @@ impl<T: Transmittance> SlopeWindow<T> {
         })
     }
 
-    /// Where the segment ends: at the last vertex that was let in, with the
-    /// middle of the slopes that are left.
+    /// The end of the segment: at the last vertex that was let in, with the middle
+    /// of the slopes that are left.
     #[inline]
     pub(super) fn end(&self) -> SumVertex<T> {
         let half = 0.5 * (f64::from(self.last) - self.start);

@@ -1,16 +1,16 @@
-//! The tube around V in which V′ is drawn, and how it is drawn.
+//! The tube around V that V′ is drawn in.
 
 use super::slope_window::{SlopeWindow, Target, larger, smaller};
 use crate::transmittance::Transmittance;
 use crate::visibility::vertex::{SumVertex, Vertex};
 
-/// What a sum may be off by because it was added up in another order: as much
-/// as V may rise, leave [0, 1] or miss the announced end.
+/// The largest error of a sum from the order of its terms: as much as V may rise,
+/// leave [0, 1] or miss the announced end.
 pub(super) const SUM_ROUNDING: f64 = 1.0 / (1_u64 << 40) as f64;
 
-/// What the tube is narrower than ε: an end that is rounded to `f32`, or moved
-/// into the tube first, is off by 2⁻²⁴ at most, V(∞) by 2⁻²⁵, and a lookup
-/// rounds by 2⁻²⁵.
+/// The margin by which the tube is narrower than ε: an end that is rounded to
+/// `f32`, or moved into the tube first, is off by 2⁻²⁴ at most, V(∞) by 2⁻²⁵, and a
+/// lookup rounds by 2⁻²⁵.
 const MARGIN: f64 = 1.0 / (1 << 22) as f64;
 
 /// Half a unit in the last place of the `f32`s in [½, 1].
@@ -22,8 +22,8 @@ const HALF_UNIT: f64 = 1.0 / (1 << 25) as f64;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tube<T: Transmittance> {
     target: Target<T>,
-    /// How far below the next vertex a segment may end: less than
-    /// `target.down`, so that rounding doesn't leave the tube.
+    /// The largest distance below the next vertex at which a segment may end: less
+    /// than `target.down`, so that rounding doesn't leave the tube.
     end_down: f64,
 }
 

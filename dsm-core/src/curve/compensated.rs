@@ -12,7 +12,8 @@ pub(crate) fn two_sum(a: f64, b: f64) -> (f64, f64) {
     (sum, (a - (sum - b_part)) + (b - b_part))
 }
 
-/// The same for |a| ≥ |b| or a = 0 (Dekker's fast two-sum).
+/// a + b and its rounding error, exactly, for |a| ≥ |b| or a = 0 (Dekker's fast
+/// two-sum).
 pub(crate) fn fast_two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
     (sum, b - (sum - a))
@@ -70,9 +71,9 @@ impl<T: Transmittance> RunningSum<T> {
     }
 }
 
-/// What surfaces let through: a running product of 1 − opacity, one a channel,
-/// with its rounding error. The two are not brought back in line after each
-/// factor: that would double the time a factor has to wait for the last.
+/// The transmittance of surfaces: a running product of 1 − opacity, one a channel,
+/// with its rounding error. The two are not brought back in line after each factor:
+/// that would double the time a factor has to wait for the last.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RunningTransmittance<T: Transmittance> {
     product: T::Sum,

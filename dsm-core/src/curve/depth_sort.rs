@@ -1,9 +1,9 @@
-//! Sorts what happens along z.
+//! Sorts of events by depth.
 
 /// Up to as many keys are sorted by counting, for each, those before it.
 const RANK_UP_TO: usize = 24;
 
-/// From as many keys on, a radix sort is faster than comparisons.
+/// The number of keys from which on a radix sort is faster than comparisons.
 const RADIX_FROM: usize = 256;
 
 const DIGIT_BITS: u32 = 8;

@@ -35,7 +35,7 @@ impl ExactSum {
         }
     }
 
-    /// Whether the sum is 0.
+    /// True if the sum is 0.
     pub(crate) const fn is_empty(&self) -> bool {
         self.used == 0
     }

@@ -86,7 +86,7 @@ impl<T: Transmittance> OpticalDepth<T> {
         }
     }
 
-    /// Whether the ray is in no segment.
+    /// True if the ray is in no segment.
     pub(crate) const fn is_outside(&self) -> bool {
         self.segments == 0
     }
@@ -130,8 +130,8 @@ impl<T: Transmittance> Stretch<T> {
         })
     }
 
-    /// How far from `z` a chord may reach before it can miss
-    /// f = exp(−optical depth), `value` at `z`, by more than `error`.
+    /// The distance from `z` that a chord may reach before it can miss f =
+    /// exp(−optical depth), `value` at `z`, by more than `error`.
     ///
     /// A chord of length h misses f by at most h²/8 max |f″|, and
     /// f″ = (κ² − κ′) f with the extinction κ. Where κ falls, |f″| is greatest

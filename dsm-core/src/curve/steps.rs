@@ -1,12 +1,12 @@
-//! Weighted sums of staircases: what they end with, and how they are drawn.
+//! Weighted sums of staircases: their final values and their vertices.
 
 use super::compensated::RunningSum;
 use crate::transmittance::Transmittance;
 use crate::visibility::vertex::SumVertex;
 use crate::visibility::vertex_writer::VertexWriter;
 
-/// What a weighted sum of functions ends with. Added up from both ends:
-/// 1 − Σ w (1 − τ) is exact where all are clear, Σ w τ where all are blocked.
+/// The final value of a weighted sum of functions. Added up from both ends: 1 − Σ w
+/// (1 − τ) is exact where all are clear, Σ w τ where all are blocked.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FinalSum<T: Transmittance> {
     down: RunningSum<T>,
@@ -33,7 +33,7 @@ impl<T: Transmittance> FinalSum<T> {
     }
 }
 
-/// How a weighted sum ends.
+/// The end of a weighted sum.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct End<T: Transmittance> {
     pub(super) value: T::Sum,

@@ -1,4 +1,4 @@
-//! The sweep of pixels that meet nothing but surfaces, straight from the hits.
+//! The sweep of pixels that hit nothing but surfaces, straight from the hits.
 
 use super::compensated::RunningTransmittance;
 use super::depth_sort::sort_by_depth;
@@ -17,7 +17,7 @@ pub(crate) struct SurfaceSweep<T: Transmittance> {
     /// Depth bits above the hit.
     events: Vec<u64>,
     spare: Vec<u64>,
-    /// What gets past the surfaces so far, of every sample.
+    /// The transmittance of the surfaces so far, of every sample.
     left: Vec<RunningTransmittance<T>>,
     /// Depth bits and height of what changes the sum, front to back.
     steps: Vec<(u32, T::Sum)>,
@@ -42,10 +42,10 @@ pub(crate) struct PixelSurfaces<'a, T> {
 }
 
 impl<T: Transmittance> SurfaceSweep<T> {
-    /// Hands the vertices of the weighted sum to `sink`, front to back; they
-    /// are as those of
-    /// [`WeightedTransmittance::run`](crate::WeightedTransmittance::run), and
-    /// the last one is what gets past everything.
+    /// Passes the vertices of the weighted sum to `sink`, front to back; they are
+    /// as those of
+    /// [`WeightedTransmittance::run`](super::sweep::WeightedTransmittance::run),
+    /// and the last one is the visibility behind everything.
     pub(crate) fn run(&mut self, pixel: &PixelSurfaces<'_, T>, sink: impl FnMut(SumVertex<T>)) {
         let PixelSurfaces { keys, opacities, first, weights } = *pixel;
         let Self { events, spare, left, steps } = self;

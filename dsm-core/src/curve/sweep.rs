@@ -13,8 +13,8 @@ use crate::visibility::polyline::Polyline;
 use crate::visibility::vertex::{SumVertex, Vertex};
 use crate::visibility::vertex_writer::VertexWriter;
 
-/// Adds up the transmittance functions of one pixel after the other, and keeps
-/// its memory in between. Pixels of coarser mip levels are sums of the same
+/// The sweep that sums weighted transmittance functions, one pixel after the other;
+/// keeps its memory in between. Pixels of coarser mip levels are sums of the same
 /// kind, of visibility functions (§5.3).
 ///
 /// The sum runs along z with its value and slope, which every vertex of every
@@ -91,8 +91,8 @@ impl<T: Transmittance> VisibilitySweep<T> {
         WeightedTransmittance::new(self, functions)
     }
 
-    /// The same of visibility functions, stored or not yet compressed: what a
-    /// pixel of a coarser mip level is before its compression (§5.3).
+    /// The weighted sum of visibility functions, stored or not yet compressed: the
+    /// uncompressed function of a pixel of a coarser mip level (§5.3).
     pub fn average<'a, F: Polyline<Sum = T::Sum>>(
         &'a mut self,
         functions: &'a [(f64, F)],
@@ -108,7 +108,7 @@ pub struct WeightedTransmittance<'a, T: Transmittance, F = &'a TransmittanceFunc
     sweep: &'a mut VisibilitySweep<T>,
     functions: &'a [(f64, F)],
     final_value: T::Sum,
-    /// Where the last function reaches its final value.
+    /// Depth, per channel, where the last function reaches its final value.
     settled: T::Sum,
     curved: bool,
 }
@@ -131,22 +131,22 @@ impl<'a, T: Transmittance, F: Polyline<Sum = T::Sum>> WeightedTransmittance<'a, 
         Self { sweep, functions, final_value, settled, curved }
     }
 
-    /// What gets past everything, before the sweep: Σ wₖ τₖ(∞), exactly the
-    /// value of the last vertex (1 if there will be none).
+    /// The final visibility, before the sweep: Σ wₖ τₖ(∞), exactly the value of the
+    /// last vertex (1 if there will be none).
     #[must_use]
     pub const fn final_value(&self) -> T::Sum {
         self.final_value
     }
 
-    /// Whether a contributing function has ramps. Those of transmittance
-    /// functions are chords, and the chord error was spent
+    /// True if a contributing function has ramps. Those of transmittance functions
+    /// are chords, and the chord error was spent
     /// ([`TransmittanceFunction::is_curved`]).
     #[must_use]
     pub const fn is_curved(&self) -> bool {
         self.curved
     }
 
-    /// Hands the vertices of the sum to `sink`, front to back.
+    /// Passes the vertices of the sum to `sink`, front to back.
     ///
     /// They start at exactly 1, are sorted by z with at most two at one z, lie
     /// in \[0, 1\] and never rise. A channel is exactly 0 from where all
@@ -306,7 +306,7 @@ fn vertices<F: Polyline>(function: &F) -> impl Iterator<Item = Vertex<F::Sum>> {
     (0..function.vertex_count()).map(|vertex| function.sum_vertex(vertex))
 }
 
-/// What `function` ends with.
+/// The final value of `function`.
 fn last<T: Transmittance>(function: &impl Polyline<Sum = T::Sum>) -> T::Sum {
     let last = function.vertex_count().checked_sub(1);
     last.map_or(T::CLEAR.to_sum(), |last| function.sum_vertex(last).value)

@@ -1,4 +1,4 @@
-//! From what a ray meets to its transmittance function.
+//! Transmittance functions of single rays, from their hits.
 
 use super::compensated::RunningTransmittance;
 use super::depth_sort::sort_by_depth;
@@ -10,8 +10,8 @@ use crate::transmittance::Transmittance;
 use crate::visibility::vertex::SumVertex;
 use crate::visibility::vertex_writer::VertexWriter;
 
-/// Builds transmittance functions, one ray after the other, and keeps its
-/// memory in between.
+/// A builder of transmittance functions, one ray after the other; keeps its memory
+/// in between.
 ///
 /// Surfaces and segments come in any order, which changes the result by
 /// rounding at most; surfaces at one depth make one step, extinctions of
@@ -66,7 +66,7 @@ impl<T: Transmittance> TransmittanceBuilder<T> {
         }
     }
 
-    /// Replaces `function` by the transmittance along a ray that meets `hits`.
+    /// Replaces `function` by the transmittance along a ray with these `hits`.
     pub fn build(&mut self, hits: &RayHits<T>, function: &mut TransmittanceFunction<T>) {
         self.sort_events(hits);
         self.optical_depth.clear();
@@ -133,7 +133,7 @@ impl<T: Transmittance> TransmittanceBuilder<T> {
     }
 }
 
-/// What surfaces and an optical depth together let through.
+/// The transmittance of surfaces and an optical depth together.
 fn transmittance<T: Transmittance>(
     surfaces: &RunningTransmittance<T>,
     optical_depth: T::Sum,
@@ -145,9 +145,9 @@ fn transmittance<T: Transmittance>(
 }
 
 impl<T: Transmittance> TransmittanceFunction<T> {
-    /// The transmittance along a ray that meets `hits`, with chords that miss
-    /// the exponentials of media by at most `chord_error`. Over many rays a
-    /// [`TransmittanceBuilder`] does the same without allocating.
+    /// The transmittance along a ray with these `hits`, with chords that miss the
+    /// exponentials of media by at most `chord_error`. Over many rays a
+    /// [`TransmittanceBuilder`] does this without allocating.
     #[must_use]
     pub fn new(hits: &RayHits<T>, chord_error: f64) -> Self {
         let mut function = Self::default();
@@ -190,7 +190,7 @@ impl<T: Transmittance> Passing<T> {
         writer.line_to(far, end);
     }
 
-    /// Where the chord from `z`, with value `value`, may end.
+    /// The depth where the chord from `z`, with value `value`, may end.
     fn next(&self, z: f32, far: f32, value: T::Sum, end: T::Sum) -> f32 {
         let here = f64::from(z);
         let mut length = f64::INFINITY;

@@ -1,12 +1,12 @@
-//! The light left along one ray (Lokovic & Veach 2000, §3.2).
+//! Transmittance along one ray (Lokovic & Veach 2000, §3.2).
 
 use crate::transmittance::Transmittance;
 use crate::visibility::polyline::Polyline;
 use crate::visibility::vertex::{SumVertex, Vertex};
 
-/// A transmittance function: τ(z), the fraction of light left on one ray after
-/// everything at depth ≤ z; the product of what surfaces and what media let
-/// through (Lokovic & Veach 2000, §3.2).
+/// A transmittance function: τ(z), the fraction of light that passes everything at
+/// depth ≤ z on one ray; the product of the transmittances of surfaces and media
+/// (Lokovic & Veach 2000, §3.2).
 ///
 /// Piecewise linear. Vertices are sorted by depth, at most two at one depth (a
 /// step); their values are 1 at the first vertex, in \[0, 1\] and
@@ -51,27 +51,27 @@ impl<T: Transmittance> TransmittanceFunction<T> {
         &self.vertices
     }
 
-    /// Whether chords stand for exponentials somewhere, so that the chord
-    /// error was spent. Otherwise the function is a staircase, and exact.
+    /// True if chords stand for exponentials somewhere, so that the chord error was
+    /// spent. Otherwise the function is a staircase, and exact.
     #[must_use]
     pub const fn is_curved(&self) -> bool {
         self.curved
     }
 
-    /// τ(∞): what gets past everything.
+    /// τ(∞): the transmittance of everything on the ray.
     #[must_use]
     pub fn last(&self) -> T::Sum {
         self.vertices.last().map_or(T::CLEAR.to_sum(), |vertex| vertex.value)
     }
 
-    /// τ(z): what is left after everything at depth ≤ z. 1 for NaN. O(log n).
+    /// τ(z): the transmittance of everything at depth ≤ z. 1 for NaN. O(log n).
     #[must_use]
     pub fn at(&self, z: f32) -> T::Sum {
         self.interpolate(self.vertices.partition_point(|vertex| vertex.z <= z), z)
     }
 
-    /// The limit of τ from the light's side: what reaches depth z. 1 for NaN.
-    /// O(log n).
+    /// The limit of τ from the light's side: the transmittance of everything in
+    /// front of depth z. 1 for NaN. O(log n).
     #[must_use]
     pub fn before(&self, z: f32) -> T::Sum {
         self.interpolate(self.vertices.partition_point(|vertex| vertex.z < z), z)

@@ -61,9 +61,9 @@ struct WeightedBlock<'a, S, T: Transmittance, W> {
     common_depth: Option<f32>,
     /// The row's offset from the receiver.
     dy: f64,
-    /// What all weights of the row have in common.
+    /// The factor that all weights of the row share.
     row: f64,
-    /// The weight of the pixel that is asked.
+    /// The weight of the pixel that is queried.
     asked: f64,
     mean: WeightedMean<T>,
 }

@@ -10,7 +10,7 @@ use super::visibility_field::VisibilityField;
 use super::weights::{Extent, Radial, Separable};
 use crate::transmittance::Transmittance;
 
-/// The light that reaches `receiver`, averaged over `footprint`.
+/// The visibility of `receiver`, averaged over `footprint`.
 ///
 /// Pixels outside the field have no weight, and the rest are normalised. A
 /// receiver outside the field, at a depth ≤ 0 or with a NaN is lit: 1.

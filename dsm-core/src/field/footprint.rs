@@ -1,8 +1,33 @@
-//! Which pixels a lookup averages, and how it weights them.
+//! Footprints of lookups: the pixels that are averaged, and their weights.
 
 use crate::filter::{Filter, FilterShape};
 
-/// The pixels that a lookup averages, and how it weights them.
+/// The pixels that a lookup averages, with their weights.
+///
+/// ```
+/// use dsm_core::{
+///     DeepMap, FilterShape, Footprint, MapInfo, PixelListsBuilder, Receiver, Vertex,
+///     filtered_lookup,
+/// };
+///
+/// // The second of four pixels is blocked at depth 1.
+/// let mut pixels = PixelListsBuilder::new(4, 1);
+/// for value in [1.0, 0.0, 1.0, 1.0] {
+///     pixels.push(Vertex::new(1.0, 1.0));
+///     pixels.push(Vertex::new(1.0, value));
+///     pixels.finish_pixel()?;
+/// }
+/// let map = DeepMap::new(MapInfo::default(), pixels.finish()?);
+///
+/// let receiver = Receiver::new([1.5, 0.5], 2.0);
+/// assert_eq!(filtered_lookup(&map, &receiver, &Footprint::Point), Ok(0.0));
+/// // Wider along the row than across it.
+/// let axes = [[1.5, 0.0], [0.0, 0.5]];
+/// let ellipse = Footprint::Elliptical { shape: FilterShape::Box, axes };
+/// let light = filtered_lookup(&map, &receiver, &ellipse).unwrap();
+/// assert!((light - 2.0 / 3.0).abs() < 1e-6);
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Footprint {
     /// The pixel that contains the point, alone.
@@ -13,15 +38,15 @@ pub enum Footprint {
     /// and b, in pixels. The weight is the shape's at √(u² + v²). An ellipse
     /// thinner than the shape's minimum width is widened to it.
     Elliptical {
-        /// How the weight falls off from the centre to the rim.
+        /// The profile of the weight from the centre to the rim.
         shape: FilterShape,
         /// The two half-axes, in pixels.
         axes: [[f32; 2]; 2],
     },
 }
 
-/// How many times longer than wide an ellipse is at most when it chooses its
-/// level: what bounds the pixels it reaches there.
+/// The largest ratio of an ellipse's axes when it chooses its level: this bounds
+/// the pixels it reaches there.
 const LONGEST: f64 = 16.0;
 
 impl Footprint {
@@ -37,8 +62,7 @@ impl Footprint {
         }
     }
 
-    /// The same footprint where a pixel's side is `scale` times as many
-    /// pixels.
+    /// This footprint where a pixel's side is `scale` times as many pixels.
     #[inline(always)]
     pub(super) fn scaled(self, scale: f32) -> Self {
         match self {
@@ -84,7 +108,7 @@ pub(super) struct Ellipse {
     inverse: [[f64; 2]; 2],
     /// Half extents of the bounding box.
     reach: [f64; 2],
-    /// How far the middle of a row's chord moves in x a pixel in y.
+    /// The shift in x of the middle of a row's chord per pixel in y.
     slant: f64,
     /// Half the longest chord of a row.
     widest: f64,

@@ -32,7 +32,7 @@ impl<T: Transmittance> DeepMap<T> {
         Self { info, pixels }
     }
 
-    /// What the map says of itself.
+    /// The metadata of the map.
     #[must_use]
     pub const fn info(&self) -> &MapInfo {
         &self.info

@@ -193,14 +193,14 @@ impl<'a, T: Transmittance> PixelListsView<'a, T> {
         }
     }
 
-    /// Where each pixel's vertices start, and the end: one entry more than
-    /// there are pixels.
+    /// First vertex of each pixel, and the end: one entry more than there are
+    /// pixels.
     #[must_use]
     pub const fn starts(self) -> &'a [u32] {
         self.starts
     }
 
-    /// Where each pixel's values start, and the end; empty for mono maps.
+    /// First value of each pixel, and the end; empty for mono maps.
     #[must_use]
     pub const fn value_starts(self) -> &'a [u32] {
         self.value_starts
@@ -220,6 +220,16 @@ impl<'a, T: Transmittance> PixelListsView<'a, T> {
 }
 
 /// Per-pixel functions that own their columns.
+///
+/// ```
+/// use dsm_core::PixelLists;
+///
+/// // One pixel that falls from 1 to 0.25 at depth 2, and one that is clear.
+/// let pixels = PixelLists::<f32>::new((2, 1), vec![0, 2, 2], vec![], vec![2.0; 2], vec![1.0, 0.25])?;
+/// assert_eq!(pixels.view().pixel(0, 0).at(3.0), 0.25);
+/// assert_eq!(pixels.view().pixel(1, 0).at(3.0), 1.0);
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct PixelLists<T> {
     width: u32,
@@ -275,6 +285,18 @@ impl<T: Transmittance> PixelLists<T> {
 }
 
 /// Builds [`PixelLists`] pixel by pixel, row by row.
+///
+/// ```
+/// use dsm_core::{PixelListsBuilder, Vertex};
+///
+/// let mut pixels = PixelListsBuilder::new(1, 1);
+/// pixels.push(Vertex::new(2.0, 1.0_f32));
+/// pixels.push(Vertex::new(2.0, 0.25));
+/// pixels.finish_pixel()?;
+/// let pixels = pixels.finish()?;
+/// assert_eq!(pixels.view().vertex_count(), 2);
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct PixelListsBuilder<T> {
     lists: PixelLists<T>,
@@ -367,7 +389,10 @@ impl<T: Transmittance> PixelListsBuilder<T> {
         if finished == pixels {
             Ok(self.lists)
         } else {
-            Err(Error::Pixel { pixel: finished, reason: "not every pixel was finished once" })
+            Err(Error::Pixel {
+                pixel: finished,
+                reason: "every pixel must be finished exactly once",
+            })
         }
     }
 }

@@ -11,7 +11,15 @@ use super::weights::Extent;
 use crate::error::{Error, Result};
 use crate::transmittance::Transmittance;
 
-/// Which level of a [`Pyramid`] a lookup reads.
+/// The choice of the level of a [`Pyramid`] that a lookup reads.
+///
+/// ```
+/// use dsm_core::LevelChoice;
+///
+/// // Half way between the finest level and the next.
+/// let blended = LevelChoice::Fixed(0.5);
+/// assert_ne!(blended, LevelChoice::FINEST);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LevelChoice {
     /// This level; between two levels, both are read and their values
@@ -36,7 +44,7 @@ impl LevelChoice {
 /// Pixel (i, j) of level k covers [i · 2ᵏ, (i + 1) · 2ᵏ) × [j · 2ᵏ, (j + 1) · 2ᵏ)
 /// of level 0, as far as that lies in the map, and is weighted by the area
 /// that does: a last column of which half lies outside has half the weight.
-/// What lies outside has none, as in level 0. A filter's width and an
+/// The rest has none, as in level 0. A filter's width and an
 /// ellipse's axes, the position, and the change of a receiver's depth a pixel
 /// are all given in pixels of level 0; in a level in which a filter would be
 /// narrower than [`FilterShape::minimum_width`](crate::FilterShape::minimum_width)
@@ -69,16 +77,16 @@ impl LevelChoice {
 #[derive(Clone, Debug)]
 pub struct Pyramid<F> {
     levels: Vec<F>,
-    /// Of each level.
+    /// The place of each level.
     places: Vec<Place>,
 }
 
-/// Where a level lies in the map.
+/// The place of a level in the map.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     /// The side of a pixel of level 0, in its own.
     scale: f32,
-    /// What of it lies in the map.
+    /// The part of it within the map.
     extent: Extent,
 }
 
@@ -99,7 +107,7 @@ impl<F: VisibilityField> Pyramid<F> {
         };
         match sizes.windows(2).position(|pair| !halved(pair)) {
             Some(before) => {
-                let reason = "its sides are not half those of the level before, rounded up";
+                let reason = "its size must be half that of the previous level, rounded up";
                 Err(Error::Level { level: before + 1, reason })
             }
             None => {
@@ -120,8 +128,8 @@ impl<F: VisibilityField> Pyramid<F> {
         &self.levels
     }
 
-    /// The light that reaches `receiver`, averaged over `footprint` in the
-    /// levels that `choice` names.
+    /// The visibility of `receiver`, averaged over `footprint` in the levels of
+    /// `choice`.
     ///
     /// In level 0 it is what [`filtered_lookup`](crate::filtered_lookup)
     /// answers. A receiver outside the map, at a depth ≤ 0 or with a NaN is

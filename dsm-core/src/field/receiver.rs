@@ -1,18 +1,25 @@
-//! Where shadow is asked for.
+//! Receivers of shadow in raster space.
 
 use super::weights::Extent;
 
-/// Where to ask for shadow.
+/// A receiver: a raster position and a depth at which visibility is queried.
+///
+/// ```
+/// use dsm_core::Receiver;
+///
+/// let receiver = Receiver { bias: 0.01, ..Receiver::new([10.5, 4.25], 3.0) };
+/// assert_eq!(receiver.depth_gradient, [0.0; 2]);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Receiver {
     /// Raster position: pixel (i, j) covers [i, i+1) × [j, j+1).
     pub position: [f32; 2],
     /// Depth, in scene units.
     pub depth: f32,
-    /// Taken off the depth, in scene units (§4 on bias).
+    /// The depth bias, in scene units: subtracted from the depth (§4 on bias).
     pub bias: f32,
-    /// How the receiver's depth changes per pixel in x and y: each pixel is
-    /// asked at the depth of the receiver's plane there. Zero asks all pixels
+    /// The gradient of the receiver's depth per pixel in x and y: each pixel is
+    /// queried at the depth of the receiver's plane there. Zero queries all pixels
     /// at one depth.
     pub depth_gradient: [f32; 2],
 }
@@ -24,8 +31,8 @@ impl Receiver {
         Self { position, depth, bias: 0.0, depth_gradient: [0.0; 2] }
     }
 
-    /// Whether the receiver lies in a field of this size and behind the light,
-    /// with no NaN: else it is lit.
+    /// True if the receiver lies in a field of this size and behind the light, with
+    /// no NaN: else it is lit.
     #[inline(always)]
     pub(super) fn is_shaded_by(&self, Extent([width, height]): Extent) -> bool {
         let [x, y] = self.position;
@@ -33,22 +40,22 @@ impl Receiver {
         x >= 0.0 && y >= 0.0 && x < width && y < height && self.depth > 0.0
     }
 
-    /// The same receiver where a pixel's side is `scale`, a power of two,
-    /// times as many pixels.
+    /// This receiver where a pixel's side is `scale`, a power of two, times as many
+    /// pixels.
     #[inline(always)]
     pub(super) fn scaled(self, scale: f32) -> Self {
         let ([x, y], [dx, dy]) = (self.position, self.depth_gradient);
         Self { position: [x * scale, y * scale], depth_gradient: [dx / scale, dy / scale], ..self }
     }
 
-    /// How far the centre of the pixel with this index along `axis` is from
+    /// The distance of the centre of the pixel with this index along `axis` from
     /// the receiver.
     #[inline(always)]
     pub(super) fn offset(&self, axis: usize, pixel: u32) -> f64 {
         f64::from(pixel) + 0.5 - f64::from(self.position[axis])
     }
 
-    /// The depth at which all pixels are asked, if that is one and they are
+    /// The depth at which all pixels are queried, if that is one and they are
     /// not lit for it.
     #[inline(always)]
     pub(super) fn common_depth(&self) -> Option<f32> {

@@ -1,4 +1,4 @@
-//! Filtered lookups for points of the world: what a renderer asks.
+//! Filtered lookups at points of the world: the query of a renderer.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -19,48 +19,74 @@ use crate::transmittance::Transmittance;
 /// a pixel: 86 degrees.
 const STEEPEST: f64 = 16.0;
 
-/// The same for strands. Steeper ones fill less of a pixel, so that less of
-/// them is in their own way, and others stand close.
+/// The steepest strand that an automatic bias follows, in pixel sides of depth a
+/// pixel. Steeper ones fill less of a pixel, so that less of them is in their own
+/// way, and others stand close.
 const STEEPEST_STRAND: f64 = 1.5;
 
 /// Pixel sides that are added to an automatic bias: the depth of surfaces that
 /// are a little curved, and of strands beside their middle.
 const SLACK: f64 = 0.25;
 
-/// What is taken off a point's depth before the map is asked, so that what
-/// the point lies on does not shade it.
+/// The depth bias: the offset towards the light that a receiver's depth is given
+/// before the map is queried, so that the surface it lies on does not shade it.
+///
+/// ```
+/// use dsm_core::{Bias, MapInfo, Projection, ShadowLookup, View};
+/// use glam::DVec3;
+/// # use dsm_core::{Facing, ShadedPoint};
+///
+/// let view = View { eye: DVec3::Y * 5.0, target: DVec3::ZERO, up: DVec3::X };
+/// let raster = view.raster(Projection::Perspective { fov: 90.0 }, [64, 64])?;
+/// let info = MapInfo { camera: Some(raster.shadow_camera()), ..MapInfo::default() };
+/// let lookup = ShadowLookup::new(&info, [64, 64])?.with_bias(Bias::Depth(0.01));
+/// let point = ShadedPoint { position: DVec3::ZERO, facing: Facing::Light, seed: 0 };
+/// let receiver = lookup.receiver(&point, 1).unwrap();
+/// assert_eq!((receiver.depth, receiver.bias), (5.0, 0.01));
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bias {
-    /// A depth in scene units, for all points. All pixels under the filter are
-    /// asked at one depth.
+    /// A constant in scene units, for all points. All pixels under the filter are
+    /// queried at one depth.
     Depth(f32),
-    /// What the slope of the point's surface or strand asks for: the pixels
-    /// under the filter are asked at the depth of its plane in each, less half
-    /// of what that changes over the samples of a pixel, and a quarter of a
-    /// pixel's side. Steeper than 16 pixel sides a pixel counts as that. Around
-    /// a strand all pixels are asked at one depth, and steeper than 1.5 pixel
-    /// sides a pixel counts as that. The
-    /// bias is negative for a surface that is seen from the side that the light
-    /// is not on: it shades itself. Points that lie on nothing have none.
+    /// A bias from the slope of the receiver's surface or strand: the pixels under
+    /// the filter are queried at the depth of its plane in each, less half of its
+    /// change over the samples of a pixel, and a quarter of a pixel's side. Slopes
+    /// above 16 pixel sides a pixel count as 16. Around a strand all pixels are
+    /// queried at one depth, and slopes above 1.5 pixel sides a pixel count as 1.5.
+    /// The bias is negative for a surface that is seen from the side that faces
+    /// away from the light: it shades itself. Receivers without a surface have
+    /// none.
     Auto,
 }
 
-/// The biases that points had, in scene units.
+/// Minimum, mean and maximum of the depth biases of a query's points, in scene
+/// units.
+///
+/// ```
+/// use dsm_core::BiasSummary;
+///
+/// let mut biases = BiasSummary::default();
+/// biases.add(0.25);
+/// biases.add(0.75);
+/// assert_eq!((biases.min, biases.mean(), biases.max), (0.25, Some(0.5), 0.75));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BiasSummary {
-    /// The number of points in the map.
+    /// Number of points in the map.
     pub points: u64,
-    /// The least.
-    pub least: f64,
-    /// The sum.
+    /// The smallest bias.
+    pub min: f64,
+    /// The sum of all biases.
     pub sum: f64,
-    /// The most.
-    pub most: f64,
+    /// The largest bias.
+    pub max: f64,
 }
 
 impl Default for BiasSummary {
     fn default() -> Self {
-        Self { points: 0, least: f64::INFINITY, sum: 0.0, most: f64::NEG_INFINITY }
+        Self { points: 0, min: f64::INFINITY, sum: 0.0, max: f64::NEG_INFINITY }
     }
 }
 
@@ -68,15 +94,15 @@ impl BiasSummary {
     /// Adds the bias of a point.
     pub fn add(&mut self, bias: f32) {
         let bias = f64::from(bias);
-        self.merge(Self { points: 1, least: bias, sum: bias, most: bias });
+        self.merge(Self { points: 1, min: bias, sum: bias, max: bias });
     }
 
     /// Adds the biases of other points.
     pub fn merge(&mut self, other: Self) {
         self.points += other.points;
-        self.least = self.least.min(other.least);
+        self.min = self.min.min(other.min);
         self.sum += other.sum;
-        self.most = self.most.max(other.most);
+        self.max = self.max.max(other.max);
     }
 
     /// The mean; `None` if there are no points.
@@ -86,8 +112,26 @@ impl BiasSummary {
     }
 }
 
-/// How a map is asked for the light at points of the world: where they lie in
-/// it, what is averaged around them, in which level, with which bias.
+/// The query of a map for visibility at points of the world: projection, footprint,
+/// level and depth bias.
+///
+/// ```
+/// use dsm_core::{Facing, MapInfo, Projection, ShadedPoint, ShadowLookup, View};
+/// use glam::DVec3;
+///
+/// let view = View { eye: DVec3::Y * 5.0, target: DVec3::ZERO, up: DVec3::X };
+/// let raster = view.raster(Projection::Perspective { fov: 90.0 }, [64, 64])?;
+/// let info = MapInfo { camera: Some(raster.shadow_camera()), ..MapInfo::default() };
+/// let lookup = ShadowLookup::new(&info, [64, 64])?;
+///
+/// let point = ShadedPoint { position: DVec3::ZERO, facing: Facing::Light, seed: 0 };
+/// let receiver = lookup.receiver(&point, 1).unwrap();
+/// assert_eq!((receiver.position, receiver.depth), ([32.0, 32.0], 5.0));
+/// // Behind the light there is no shadow.
+/// let behind = ShadedPoint { position: DVec3::Y * 6.0, ..point };
+/// assert_eq!(lookup.receiver(&behind, 1), None);
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct ShadowLookup {
     projection: MapProjection,
@@ -99,8 +143,8 @@ pub struct ShadowLookup {
 }
 
 impl ShadowLookup {
-    /// Looks up the pixels that contain the points, in the finest level, with
-    /// an automatic bias. The map has `size` pixels.
+    /// A lookup of the pixels that contain the points, in the finest level, with an
+    /// automatic bias. The map has `size` pixels.
     ///
     /// # Errors
     ///
@@ -116,32 +160,32 @@ impl ShadowLookup {
         })
     }
 
-    /// The same with another footprint, in pixels of level 0.
+    /// Sets the footprint, in pixels of level 0.
     #[must_use]
     pub const fn with_footprint(self, footprint: Footprint) -> Self {
         Self { footprint, ..self }
     }
 
-    /// The same in another level.
+    /// Sets the level.
     #[must_use]
     pub const fn with_level(self, level: LevelChoice) -> Self {
         Self { level, ..self }
     }
 
-    /// The same with another bias.
+    /// Sets the depth bias.
     #[must_use]
     pub const fn with_bias(self, bias: Bias) -> Self {
         Self { bias, ..self }
     }
 
-    /// The level that is asked.
+    /// The level that is read.
     #[must_use]
     pub const fn level(&self) -> LevelChoice {
         self.level
     }
 
-    /// Where a map of `levels` levels is asked for the light at `point`; `None`
-    /// behind the camera and where the projection is not finite: lit.
+    /// The receiver of `point` in a map of `levels` levels; `None` behind the
+    /// camera and where the projection is not finite: lit.
     #[must_use]
     pub fn receiver(&self, point: &ShadedPoint, levels: usize) -> Option<Receiver> {
         let raster = self.projection.project(point.position)?;
@@ -191,8 +235,8 @@ impl ShadowLookup {
         (if faces { bias } else { -bias }, gradient)
     }
 
-    /// How many pixels of level 0 a side of the coarsest pixel that is read
-    /// has, in a map of `levels` levels.
+    /// The side of the coarsest pixel that is read in a map of `levels` levels, in
+    /// pixels of level 0.
     fn coarseness(&self, levels: usize) -> f64 {
         let level = match self.level {
             LevelChoice::Fixed(level) => level,
@@ -201,7 +245,7 @@ impl ShadowLookup {
         level.ceil().max(0.0).min(levels.saturating_sub(1) as f64).exp2()
     }
 
-    /// Appends the light at every point to `lights`, in order: 1 outside the
+    /// Appends the visibility at every point to `lights`, in order: 1 outside the
     /// map, behind the camera and for NaN. Returns the biases.
     ///
     /// # Errors
@@ -229,9 +273,8 @@ impl ShadowLookup {
     }
 }
 
-/// The shadows of one map that is whole in memory: filtered lookups as a
-/// shadow method. The light's area is not looked at: a map holds what one point
-/// sees.
+/// A shadow method over one map that is whole in memory, by filtered lookups. The
+/// light's area is not used: a map holds what one point sees.
 ///
 /// ```
 /// use dsm_core::{
@@ -271,7 +314,7 @@ pub struct FilteredShadow<F> {
 }
 
 impl<F: VisibilityField> FilteredShadow<F> {
-    /// Asks the levels of `pyramid` as `lookup` says.
+    /// A method that queries the levels of `pyramid` by `lookup`.
     #[must_use]
     pub fn new(pyramid: Pyramid<F>, lookup: ShadowLookup) -> Self {
         Self { pyramid, lookup, biases: Mutex::default() }

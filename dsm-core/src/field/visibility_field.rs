@@ -1,16 +1,43 @@
-//! What a lookup asks: anything that has a visibility function in every pixel.
+//! The interface of lookups: a visibility function in every pixel.
 
 use std::ops::Range;
 
 use super::pixel_lists::PixelListsView;
 use crate::transmittance::Transmittance;
 
-/// Something that has a visibility function in every pixel: a map in memory,
-/// the tiles of a file, a layered map's first run.
+/// A field of visibility functions, one a pixel: a map in memory, the tiles of a
+/// file, a layered map's first run.
+///
+/// ```
+/// use std::convert::Infallible;
+///
+/// use dsm_core::{Filter, FilterShape, Footprint, Receiver, VisibilityField, filtered_lookup};
+///
+/// /// Two pixels; the left one is blocked at depth 1.
+/// struct Half;
+///
+/// impl VisibilityField for Half {
+///     type Value = f32;
+///     type Error = Infallible;
+///
+///     fn size(&self) -> [u32; 2] {
+///         [2, 1]
+///     }
+///
+///     fn evaluate(&self, pixel: [u32; 2], depth: f32) -> Result<f32, Infallible> {
+///         Ok(if pixel == [0, 0] && depth >= 1.0 { 0.0 } else { 1.0 })
+///     }
+/// }
+///
+/// let footprint = Footprint::Isotropic(Filter::new(FilterShape::Box, 2.0)?);
+/// let receiver = Receiver::new([1.0, 0.5], 3.0);
+/// assert_eq!(filtered_lookup(&Half, &receiver, &footprint), Ok(0.5));
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
 pub trait VisibilityField {
     /// Mono or coloured.
     type Value: Transmittance;
-    /// Why a pixel can't be had; [`std::convert::Infallible`] in memory.
+    /// The error of reading a pixel; [`std::convert::Infallible`] in memory.
     type Error;
 
     /// Width and height in pixels.
@@ -68,7 +95,7 @@ impl<F: VisibilityField> VisibilityField for &F {
     }
 }
 
-/// Says which pixels of a block are asked at which depths, and gets their
+/// A query of a block of pixels: gives the depth for each pixel, and receives the
 /// values.
 pub trait BlockVisitor<T> {
     /// The columns and rows that hold the whole block, all inside the field.
@@ -78,15 +105,15 @@ pub trait BlockVisitor<T> {
     fn columns(&mut self, row: u32) -> Range<u32>;
 
     /// The depth at which the pixel in `column` of the row that was begun
-    /// last is asked; `None` passes it over.
+    /// last is queried; `None` passes it over.
     fn depth(&mut self, column: u32) -> Option<f32>;
 
-    /// The value of the pixel whose depth was asked for last.
+    /// The value of the pixel whose depth was queried last.
     fn take(&mut self, value: T);
 
     /// Asks for the depths of `columns` of the row that was begun last, and
     /// takes what the functions of `pixels`, from the row-major index `first`
-    /// on, have there. Tells how many pixels were asked.
+    /// on, have there. Tells how many pixels were queried.
     ///
     /// # Panics
     ///

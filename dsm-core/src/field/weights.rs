@@ -1,4 +1,4 @@
-//! How the pixels around a receiver are weighted.
+//! Weights of the pixels around a receiver.
 
 use fearless_simd::{Simd, SimdBase, f64x8};
 
@@ -8,7 +8,7 @@ use crate::filter::{Filter, FilterShape};
 /// Neighbours in a row whose weights are computed at once.
 pub(super) const STRIP: usize = 8;
 
-/// How the pixels around a receiver are weighted, by their offsets from it.
+/// The weights of the pixels around a receiver, by their offsets from it.
 pub(super) trait PixelWeights {
     /// Half extents of the box outside of which no pixel has a weight; its
     /// intervals are half-open.
@@ -18,7 +18,7 @@ pub(super) trait PixelWeights {
     /// a weight; `None` if it is all that the box holds.
     fn chord(&self, dy: f64) -> Option<[f64; 2]>;
 
-    /// What all weights of the row at `dy` have in common.
+    /// The factor that all weights of the row at `dy` share.
     fn row(&self, row: u32, dy: f64) -> f64;
 
     /// The rest of a pixel's weight.

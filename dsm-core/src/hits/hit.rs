@@ -1,9 +1,16 @@
-//! What one ray of a shadow camera meets (Lokovic & Veach 2000, §3.2).
+//! Hits of one ray of a shadow camera (Lokovic & Veach 2000, §3.2).
 
 use crate::error::{Error, Result};
 use crate::transmittance::Transmittance;
 
-/// A surface in the ray's way.
+/// A hit of a surface on a ray.
+///
+/// ```
+/// use dsm_core::SurfaceHit;
+///
+/// let hit = SurfaceHit { depth: 2.0, opacity: 0.75_f32 };
+/// assert_eq!(hit.transmittance(), 0.25);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceHit<T> {
     /// Depth along the view axis, in scene units, finite and ≥ 0.
@@ -14,6 +21,18 @@ pub struct SurfaceHit<T> {
 
 /// A sample of the extinction along the ray. Between two samples the
 /// extinction is linear; outside the first and last it is 0.
+///
+/// ```
+/// use dsm_core::{RayHits, VolumeSample};
+///
+/// // Smoke that gets denser from depth 1 to 2, and thinner from 2 to 3.
+/// let smoke = [(1.0, 0.0), (2.0, 0.5), (3.0, 0.0)];
+/// let samples = smoke.map(|(depth, extinction)| VolumeSample { depth, extinction });
+/// let mut hits = RayHits::<f32>::default();
+/// hits.push_volume(&samples, 1.0)?;
+/// assert_eq!(hits.segments().len(), 2);
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VolumeSample<T> {
     /// Depth along the view axis, in scene units, finite and ≥ 0.
@@ -36,7 +55,7 @@ pub struct VolumeSegment<T: Transmittance> {
     pub far_extinction: T::Sum,
 }
 
-/// Everything one ray meets, in any order.
+/// The hits of one ray, in any order.
 ///
 /// ```
 /// use dsm_core::{RayHits, SurfaceHit, VolumeSample};
@@ -123,10 +142,9 @@ impl<T: Transmittance> RayHits<T> {
         self.segments.push(segment);
     }
 
-    /// Forgets what lies at depths up to `depth`: surfaces there and before it,
-    /// and the part of every medium before it. What is left is what a ray meets
-    /// that starts just behind `depth`, as the next run of a multilayer map
-    /// does (Xie, Tabellion & Pearce 2007, §5.1). NaN: forgets nothing. O(n).
+    /// Removes the hits at depths up to `depth`: surfaces there and before it, and
+    /// the part of every medium before it. The rest is what a ray hits that starts
+    /// just behind `depth`, as the next run of a multilayer map does.
     ///
     /// ```
     /// use dsm_core::{RayHits, SurfaceHit};
@@ -164,13 +182,13 @@ impl<T: Transmittance> RayHits<T> {
         &self.surfaces
     }
 
-    /// The stretches of media, in the order they were added.
+    /// The segments of media, in the order they were added.
     #[must_use]
     pub fn segments(&self) -> &[VolumeSegment<T>] {
         &self.segments
     }
 
-    /// Whether nothing is in the way.
+    /// True if the ray hits nothing.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.surfaces.is_empty() && self.segments.is_empty()
@@ -196,7 +214,7 @@ impl<T: Transmittance> VolumeSegment<T> {
 }
 
 impl<T: Transmittance> SurfaceHit<T> {
-    /// The fraction of light that gets past the surface.
+    /// The transmittance of the surface: 1 − opacity.
     #[must_use]
     pub fn transmittance(&self) -> T {
         T::from_channels(|channel| 1.0 - self.opacity.channel(channel))

@@ -1,5 +1,5 @@
-//! The door through which a renderer brings its hits
-//! (Lokovic & Veach 2000, §3.2: "the facilities of any standard renderer").
+//! The interface by which a renderer provides hits (Lokovic & Veach 2000, §3.2:
+//! "the facilities of any standard renderer").
 
 use super::hit::RayHits;
 use super::tile_hits::TileHits;
@@ -7,10 +7,10 @@ use super::tile_samples::{SamplePoint, TileSamples};
 use crate::error::Error;
 use crate::transmittance::Transmittance;
 
-/// What a shadow camera looks at: answers what rays meet, a whole block of
-/// pixels at once, so that a rasteriser can serve as well as a ray tracer.
+/// The scene as a shadow camera sees it: answers a whole block of pixels at once,
+/// so that a rasteriser can serve as well as a ray tracer.
 ///
-/// A source is asked for a tile or a part of one, and the border that the pixel
+/// A source is queried for a tile or a part of one, and the border that the pixel
 /// filter reaches beyond it; from several threads at once, in any order, and for
 /// pixels on a border more than once. To make the same map every time it must
 /// answer a sample the same way each time. Hits come in any order: a rasteriser
@@ -55,15 +55,15 @@ use crate::transmittance::Transmittance;
 /// # Ok::<(), Error>(())
 /// ```
 pub trait HitSource<T: Transmittance>: Sync {
-    /// Why the source could not answer; a hit that was refused is one reason.
+    /// The error of the source; a hit that was refused is one reason.
     type Error: From<Error> + Send;
 
-    /// Appends to `hits` all that the rays through `samples` meet. `hits` is
-    /// empty and expects these samples.
+    /// Appends the hits of the rays through `samples` to `hits`, which is empty and
+    /// expects these samples.
     ///
     /// # Errors
     ///
-    /// Whatever keeps the source from answering. The bake ends then.
+    /// Any failure of the source. The bake ends then.
     fn hits(&self, samples: &TileSamples, hits: &mut TileHits<T>) -> Result<(), Self::Error>;
 }
 
@@ -75,8 +75,8 @@ impl<T: Transmittance, S: HitSource<T> + ?Sized> HitSource<T> for &S {
     }
 }
 
-/// A source that follows one ray at a time: a function of a sample point that
-/// adds what its ray meets.
+/// A source that traces one ray at a time: a function of a sample point that adds
+/// its ray's hits.
 ///
 /// ```
 /// use dsm_core::{Error, HitSource, PixelSampling, RaySource, TileHits, TileSamples};

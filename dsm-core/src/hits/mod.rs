@@ -1,4 +1,4 @@
-//! What rays meet, and where they are asked for.
+//! Hits of rays, and the sample points that rays start at.
 
 pub(crate) mod hit;
 pub(crate) mod hit_source;

@@ -1,4 +1,5 @@
-//! Where and when a pixel is sampled (Lokovic & Veach 2000, §3.2 and §5.5).
+//! Stratified sampling of a pixel and of the shutter's time (Lokovic & Veach 2000,
+//! §3.2 and §5.5).
 
 use crate::error::{Error, Result};
 use crate::random::{WEYL, mix};
@@ -6,9 +7,9 @@ use crate::random::{WEYL, mix};
 /// Bits of a random number that place a sample in its stratum.
 const JITTER_BITS: u32 = 20;
 
-/// How many samples a pixel has, and where they lie: one in each of as many
-/// strata of equal area, at a random place, and one in each of as many strata
-/// of the shutter's time, at a random time.
+/// The number of samples of a pixel, and their distribution: one in each of as many
+/// strata of equal area, at a random place, and one in each of as many strata of
+/// the shutter's time, at a random time.
 ///
 /// The strata are cells in rows. A square number of samples makes a square
 /// grid; of any other number some rows hold one cell more and are taller for
@@ -42,7 +43,7 @@ struct Cell {
 }
 
 impl PixelSampling {
-    /// The most samples that a pixel may have.
+    /// The largest number of samples of a pixel.
     pub const MAX_SAMPLES: u32 = 4096;
 
     /// `samples` jittered samples a pixel.
@@ -52,7 +53,7 @@ impl PixelSampling {
     /// [`Error::Setting`] unless there are 1 to [`Self::MAX_SAMPLES`].
     pub fn new(samples: u32, seed: u64) -> Result<Self> {
         if !(1..=Self::MAX_SAMPLES).contains(&samples) {
-            let reason = "there must be 1 to 4096 a pixel";
+            let reason = "must be 1 to 4096 per pixel";
             return Err(Error::Setting { setting: "samples", reason });
         }
         let rows = f64::from(samples).sqrt().round() as u32;
@@ -79,7 +80,7 @@ impl PixelSampling {
     }
 
     /// `side` × `side` samples a pixel, row by row through the centres of equal
-    /// squares, when the shutter is half way: what coverage masks are made of.
+    /// squares, when the shutter is half way: the samples of coverage masks.
     ///
     /// # Errors
     ///
@@ -96,7 +97,7 @@ impl PixelSampling {
     pub fn grid(side: u32) -> Result<Self> {
         let samples = side.saturating_mul(side);
         if !(1..=Self::MAX_SAMPLES).contains(&samples) {
-            let reason = "there must be 1 to 4096 a pixel";
+            let reason = "must be 1 to 4096 per pixel";
             return Err(Error::Setting { setting: "samples", reason });
         }
         let centre = |index: u32| (f64::from(index) + 0.5) / f64::from(side);
@@ -113,8 +114,8 @@ impl PixelSampling {
         self.cells.len() as u32
     }
 
-    /// Hands the samples of `pixel` to `sink`: x and y in (0, 1) within the
-    /// pixel, and the time in [0, 1). `order` is scratch memory.
+    /// Passes the samples of `pixel` to `sink`: x and y in (0, 1) within the pixel,
+    /// and the time in [0, 1). `order` is scratch memory.
     pub(crate) fn sample(
         &self,
         pixel: [i32; 2],

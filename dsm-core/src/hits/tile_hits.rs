@@ -1,4 +1,4 @@
-//! What the rays of a block of pixels meet, in columns.
+//! Hits of the rays of a block of pixels, in columns.
 
 use glam::Vec3;
 
@@ -6,8 +6,8 @@ use super::hit::{RayHits, SurfaceHit, VolumeSample, VolumeSegment, medium, slab}
 use crate::error::{Error, Result};
 use crate::transmittance::Transmittance;
 
-/// Everything that the samples of a block of pixels meet, in any order: what a
-/// [`crate::HitSource`] fills. Every hit is checked on entry.
+/// The hits of the samples of a block of pixels, in any order, as a
+/// [`crate::HitSource`] provides them. Every hit is checked on entry.
 ///
 /// A surface takes 8 bytes and its opacity. Surfaces of opacity 0 change
 /// nothing and are left out.
@@ -30,7 +30,7 @@ pub struct TileHits<T: Transmittance> {
     /// Depth bits above the sample: the keys that surfaces are sorted by.
     surfaces: Vec<u64>,
     opacities: Vec<T>,
-    /// Which surface has which normal, in ascending order.
+    /// Normals by surface, in ascending order.
     normals: Vec<(u32, Vec3)>,
     wants_normals: bool,
     segments: Vec<(u32, VolumeSegment<T>)>,
@@ -50,7 +50,7 @@ impl<T: Transmittance> TileHits<T> {
         }
     }
 
-    /// The same, for a map that keeps the normals of surfaces.
+    /// Nothing hit so far, in a map that keeps the normals of surfaces.
     #[must_use]
     pub const fn with_normals(samples: u32) -> Self {
         let mut hits = Self::new(samples);
@@ -68,23 +68,23 @@ impl<T: Transmittance> TileHits<T> {
         self.segments.clear();
     }
 
-    /// How many samples there are: hits name one below it.
+    /// Number of samples: hits name one below it.
     #[must_use]
     pub const fn sample_count(&self) -> u32 {
         self.samples
     }
 
-    /// Whether normals are kept; if not, a source needn't compute them.
+    /// True if normals are kept; if not, a source needn't compute them.
     #[must_use]
     pub const fn wants_normals(&self) -> bool {
         self.wants_normals
     }
 
-    /// Adds a surface in the way of `sample`.
+    /// Adds a surface hit of `sample`.
     ///
     /// # Errors
     ///
-    /// [`Error::Sample`] if there is no such sample, [`Error::Hit`] as
+    /// [`Error::Sample`] if no such sample, [`Error::Hit`] as
     /// [`RayHits::push_surface`].
     #[inline]
     pub fn push_surface(&mut self, sample: u32, hit: SurfaceHit<T>) -> Result<()> {
@@ -93,7 +93,7 @@ impl<T: Transmittance> TileHits<T> {
         Ok(())
     }
 
-    /// Adds a surface that knows its normal: in camera space (right-handed, the
+    /// Adds a surface hit with its normal: in camera space (right-handed, the
     /// camera looks down −z), of any length, pointing to either side.
     ///
     /// # Errors
@@ -193,13 +193,13 @@ impl<T: Transmittance> TileHits<T> {
         Ok(())
     }
 
-    /// Adds a medium in the way of `sample`; see [`RayHits::push_volume`].
+    /// Adds a medium on the ray of `sample`; see [`RayHits::push_volume`].
     /// `distance_per_depth` is that of the sample's
     /// [`SamplePoint`](crate::SamplePoint).
     ///
     /// # Errors
     ///
-    /// [`Error::Sample`] if there is no such sample, [`Error::Hit`] as
+    /// [`Error::Sample`] if no such sample, [`Error::Hit`] as
     /// [`RayHits::push_volume`]. Nothing is added then.
     pub fn push_volume(
         &mut self,
@@ -213,12 +213,12 @@ impl<T: Transmittance> TileHits<T> {
         Ok(())
     }
 
-    /// Adds a medium of constant extinction in the way of `sample`; see
+    /// Adds a medium of constant extinction on the ray of `sample`; see
     /// [`RayHits::push_slab`].
     ///
     /// # Errors
     ///
-    /// [`Error::Sample`] if there is no such sample, [`Error::Hit`] as
+    /// [`Error::Sample`] if no such sample, [`Error::Hit`] as
     /// [`RayHits::push_slab`].
     pub fn push_slab(&mut self, sample: u32, near: f32, far: f32, opacity: T) -> Result<()> {
         self.check_sample(sample)?;
@@ -230,11 +230,11 @@ impl<T: Transmittance> TileHits<T> {
         Ok(())
     }
 
-    /// Adds all that the ray of `sample` meets.
+    /// Adds all hits of the ray of `sample`.
     ///
     /// # Errors
     ///
-    /// [`Error::Sample`] if there is no such sample.
+    /// [`Error::Sample`] if no such sample.
     pub fn push_ray(&mut self, sample: u32, ray: &RayHits<T>) -> Result<()> {
         self.check_sample(sample)?;
         ray.surfaces().iter().for_each(|&surface| self.push_checked(sample, surface));
@@ -262,13 +262,13 @@ impl<T: Transmittance> TileHits<T> {
         &self.normals
     }
 
-    /// The stretches of media and their samples, in the order they were added.
+    /// The segments of media and their samples, in the order they were added.
     #[must_use]
     pub fn segments(&self) -> &[(u32, VolumeSegment<T>)] {
         &self.segments
     }
 
-    /// Whether nothing is in the way.
+    /// True if no sample hits anything.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.surfaces.is_empty() && self.segments.is_empty()
@@ -336,7 +336,7 @@ impl<T: Transmittance> TileHits<T> {
     }
 }
 
-const NO_SAMPLE: &str = "there is no such sample";
+const NO_SAMPLE: &str = "no such sample";
 
 const COLUMNS_DIFFER: &str = "the columns' lengths differ";
 

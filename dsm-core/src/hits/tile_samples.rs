@@ -7,6 +7,16 @@ use crate::camera::shadow_camera::{RayDirections, ShadowCamera};
 use crate::error::{Error, Result};
 
 /// A point of the image plane at a time: one ray of the shadow camera.
+///
+/// ```
+/// use dsm_core::{PixelSampling, TileSamples};
+///
+/// let samples = TileSamples::new(&PixelSampling::centre(), [3, 1], [1, 1], None)?;
+/// let point = samples.point(0);
+/// assert_eq!([point.x, point.y], [3.5, 1.5]);
+/// assert_eq!(point.distance_per_depth, 1.0);
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SamplePoint {
     /// Raster position in pixels, x right, from the left edge of the map's
@@ -17,15 +27,26 @@ pub struct SamplePoint {
     pub y: f64,
     /// Time in [0, 1]: 0 where the shutter opens, 1 where it closes.
     pub time: f32,
-    /// Distance along this ray per unit of depth, ≥ 1: what
+    /// Distance along this ray per unit of depth, ≥ 1: an argument of
     /// [`crate::RayHits::push_volume`] and [`crate::TileHits::push_volume`]
-    /// have to be told (Lokovic & Veach 2000, footnote 3). 1 without a camera.
+    /// (Lokovic & Veach 2000, footnote 3). 1 without a camera.
     pub distance_per_depth: f64,
 }
 
 /// The sample points of a rectangle of pixels: those of pixel (column, row) are
 /// numbers (row · width + column) · N to (… + 1) · N for N samples a pixel.
 /// Positions and times are columns.
+///
+/// ```
+/// use dsm_core::{PixelSampling, TileSamples};
+///
+/// // 4 samples in each of 2 × 1 pixels.
+/// let samples = TileSamples::new(&PixelSampling::new(4, 0)?, [0, 0], [2, 1], None)?;
+/// assert_eq!(samples.len(), 8);
+/// assert_eq!(samples.pixel(1, 0), 4..8);
+/// assert!(samples.x()[4..8].iter().all(|&x| (1.0..2.0).contains(&x)));
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct TileSamples {
     min: [i32; 2],
@@ -158,7 +179,7 @@ impl TileSamples {
         self.x.len() as u32
     }
 
-    /// Whether there is no sample.
+    /// True if there is no sample.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.x.is_empty()

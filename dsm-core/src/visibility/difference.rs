@@ -1,4 +1,4 @@
-//! How far apart two visibility functions are.
+//! The difference of two visibility functions.
 
 use super::polyline::Polyline;
 use super::walk::{Walk, zip};
@@ -80,7 +80,7 @@ impl VisibilityDifference {
         difference
     }
 
-    /// The same mean with another largest difference.
+    /// This difference with another maximum.
     pub(crate) const fn with_max(self, max: f64, depth: f32, channel: usize) -> Self {
         Self { max, depth, channel, ..self }
     }
@@ -158,7 +158,8 @@ impl DifferenceSummary {
         }
     }
 
-    /// Of equals the first pixel, whatever order they come in.
+    /// Keeps the larger difference; of equals the first pixel, whatever order they
+    /// come in.
     fn keep_worst(&mut self, pixel: usize, difference: VisibilityDifference) {
         let replaces = self.worst.is_none_or(|(worst, kept)| {
             difference.max > kept.max || (difference.max == kept.max && pixel < worst)

@@ -1,4 +1,4 @@
-//! Visibility functions: V(z), the fraction of light left after everything at
+//! Visibility functions: V(z), the visibility of the light behind everything at
 //! depth ≤ z (Lokovic & Veach 2000, §3.1).
 //!
 //! Invariant, in memory, on disk and after decoding: vertices sorted by z, z
@@ -57,7 +57,7 @@ impl<'a, T: Transmittance> VisibilityView<'a, T> {
         Self { z, values, channels: PhantomData }
     }
 
-    /// Holds the columns to the invariant of this module.
+    /// Checks the columns against the invariant of this module.
     fn check(self) -> Result<()> {
         let count = self.z.len();
         let refuse = |vertex, reason| Err(Error::Visibility { vertex, reason });
@@ -98,7 +98,7 @@ impl<'a, T: Transmittance> VisibilityView<'a, T> {
         self.z.len()
     }
 
-    /// Whether the function is 1 everywhere because it has no vertices.
+    /// True if the function is 1 everywhere because it has no vertices.
     #[must_use]
     pub const fn is_empty(self) -> bool {
         self.z.is_empty()
@@ -116,7 +116,7 @@ impl<'a, T: Transmittance> VisibilityView<'a, T> {
         self.values
     }
 
-    /// Whether one stored channel stands for all.
+    /// True if one stored channel stands for all.
     #[must_use]
     pub const fn is_mono(self) -> bool {
         T::CHANNELS == 1 || self.values.len() == self.z.len()
@@ -151,22 +151,21 @@ impl<'a, T: Transmittance> VisibilityView<'a, T> {
         (0..self.len()).map(move |index| self.vertex(index))
     }
 
-    /// V(∞): what gets past everything.
+    /// V(∞): the visibility behind everything.
     #[must_use]
     pub fn last(self) -> T {
         self.len().checked_sub(1).map_or(T::CLEAR, |last| self.value(last))
     }
 
-    /// V(z): what is left after everything at depth ≤ z. 1 for NaN.
-    /// O(log n).
+    /// V(z): the visibility behind everything at depth ≤ z. 1 for NaN. O(log n).
     #[must_use]
     #[inline(always)]
     pub fn at(self, z: f32) -> T {
         self.interpolate(self.z.partition_point(|&vertex| vertex <= z), z)
     }
 
-    /// The limit of V from the light's side: what reaches depth z. 1 for NaN.
-    /// O(log n).
+    /// The limit of V from the light's side: the visibility just in front of depth
+    /// z. 1 for NaN. O(log n).
     #[must_use]
     pub fn before(self, z: f32) -> T {
         let next = self.z.partition_point(|&vertex| vertex < z);
@@ -206,8 +205,8 @@ impl<'a, T: Transmittance> VisibilityView<'a, T> {
     }
 }
 
-/// How far `z` is on its way from `z0` to `z1`, in \[0, 1\]. Of a depth
-/// that is both, anything finite.
+/// The fraction of the way from `z0` to `z1` at `z`, in \[0, 1\]. Of a depth that
+/// is both, anything finite.
 #[inline(always)]
 pub(crate) fn share(z: f32, z0: f32, z1: f32) -> f64 {
     let (z0, z1) = (f64::from(z0), f64::from(z1));

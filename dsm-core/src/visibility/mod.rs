@@ -1,5 +1,4 @@
-//! Visibility functions: their vertices, their evaluation, and what two of them
-//! make together.
+//! Visibility functions: their vertices, evaluation, difference and product.
 
 pub(crate) mod difference;
 pub(crate) mod function;

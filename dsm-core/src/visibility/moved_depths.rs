@@ -1,16 +1,18 @@
-//! How far apart functions are whose depths may have been moved.
+//! The difference of visibility functions whose depths may have been moved.
 
 use super::difference::VisibilityDifference;
 use super::polyline::Polyline;
 use super::walk::zip;
 
 impl VisibilityDifference {
-    /// How far `stored` is from `exact` where its depths may have been moved
-    /// away from the light by up to `depth_error` scene units, as codec
-    /// `quantized` does: [`Self::max`] is the least ε, at least 0, for which
-    /// V(z) − ε ≤ V′(z) ≤ V₋(z − δ) + ε at every depth z, V₋ being V's limit from
-    /// the light's side. [`Self::mean`] is that of [`Self::between`], which is
-    /// all of this for a depth error of 0. O(n + m), allocates nothing.
+    /// The difference of `stored` from `exact` where depths may have been moved
+    /// away from the light by up to `depth_error` scene units, as codec `quantized`
+    /// does.
+    ///
+    /// [`Self::max`] is the smallest ε, at least 0, for which V(z) − ε ≤ V′(z) ≤
+    /// V₋(z − δ) + ε at every depth z, V₋ being V's limit from the light's side.
+    /// [`Self::mean`] is that of [`Self::between`], which is all of this for a
+    /// depth error of 0. O(n + m), allocates nothing.
     ///
     /// ```
     /// use dsm_core::{Vertex, VisibilityFunction};
@@ -35,18 +37,18 @@ impl VisibilityDifference {
         if depth_error <= 0.0 || between.max() == 0.0 {
             return between;
         }
-        let too_dark = most_above(exact, 0.0, stored);
-        let too_light = most_above(stored, depth_error.into(), exact);
+        let too_dark = max_above(exact, 0.0, stored);
+        let too_light = max_above(stored, depth_error.into(), exact);
         let worst = if too_light.0 > too_dark.0 { too_light } else { too_dark };
         let (max, depth, channel) = worst;
         between.with_max(max, depth, channel)
     }
 }
 
-/// How far `function` is above `other`, moved behind by `by`, at most: at either
-/// side of every vertex of both, between which they are linear. With the depth
-/// and the channel; 0 if it is nowhere above.
-fn most_above<A, B>(function: &A, by: f64, other: &B) -> (f64, f32, usize)
+/// The largest distance of `function`, moved behind by `by`, above `other`: at
+/// either side of every vertex of both, between which they are linear. With the
+/// depth and the channel; 0 if it is nowhere above.
+fn max_above<A, B>(function: &A, by: f64, other: &B) -> (f64, f32, usize)
 where
     A: Polyline + ?Sized,
     B: Polyline<Sum = A::Sum> + ?Sized,
@@ -80,7 +82,7 @@ struct Moved<'a, P: Polyline + ?Sized> {
     function: &'a P,
     by: f64,
     clear: P::Sum,
-    /// How many vertices lie before the next.
+    /// Number of vertices before the next.
     passed: usize,
 }
 
@@ -139,7 +141,7 @@ mod tests {
         VisibilityFunction::new(vertices.collect::<Vec<_>>()).unwrap()
     }
 
-    /// The same by asking at many depths: `f32` halves are exact.
+    /// The difference by evaluation at many depths: `f32` halves are exact.
     fn naive(stored: &VisibilityFunction<f32>, exact: &VisibilityFunction<f32>, error: f32) -> f64 {
         let mut worst = 0.0_f64;
         for step in 1..4000 {

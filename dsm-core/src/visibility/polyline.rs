@@ -1,4 +1,4 @@
-//! What a visibility function is while it is walked along: its vertices.
+//! The vertices of a visibility function, for algorithms that walk along it.
 
 use super::function::{VisibilityFunction, VisibilityView};
 use super::vertex::Vertex;
@@ -20,8 +20,8 @@ pub trait Polyline {
     /// Vertex `index`, which is below [`Self::vertex_count`].
     fn sum_vertex(&self, index: usize) -> Vertex<Self::Sum>;
 
-    /// Whether the function is anything but a staircase: pairs of vertices,
-    /// each pair a step, flat in between. O(n) unless it is known.
+    /// True if the function is anything but a staircase: pairs of vertices, each
+    /// pair a step, flat in between. O(n) unless it is known.
     fn has_ramps(&self) -> bool {
         let count = self.vertex_count();
         let is_step = |near: usize| {

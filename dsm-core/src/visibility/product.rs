@@ -1,5 +1,5 @@
-//! The product of visibility functions: light that has to get past several
-//! things, each with a map of its own.
+//! The product of visibility functions: the visibility through several occluders,
+//! each with a map of its own.
 
 use std::marker::PhantomData;
 
@@ -10,7 +10,7 @@ use super::walk::Walk;
 use crate::tolerance::Tolerance;
 use crate::transmittance::Transmittance;
 
-/// Multiplies visibility functions of one pixel.
+/// A multiplier of visibility functions of one pixel.
 ///
 /// That is the light past all of them where what they block has nothing to do
 /// with each other, as with media, or where each covers the whole pixel. Two
@@ -79,13 +79,13 @@ impl<T: Transmittance> VisibilityProduct<T> {
     }
 
     /// The product's vertices, front to back; they satisfy the invariant of
-    /// [`VisibilityView`](crate::VisibilityView).
+    /// [`VisibilityView`](super::function::VisibilityView).
     #[must_use]
     pub fn vertices(&self) -> &[SumVertex<T>] {
         &self.vertices
     }
 
-    /// How far the chords lie above the product at most; 0 if there are none.
+    /// The largest distance of the chords above the product; 0 if there are none.
     #[must_use]
     pub const fn chord_error(&self) -> f64 {
         self.chord_error

@@ -1,4 +1,4 @@
-//! Search in the depths of one pixel, where lookups spend their time.
+//! Search in the depths of one pixel, the inner loop of lookups.
 //!
 //! A binary search ends where nobody can foresee, and each of its loads waits
 //! for the one before. So all vertices of a usual pixel are compared at once
@@ -40,13 +40,13 @@ impl Window {
         Some(Self { start, first: (first - start) as u32, count: count as u32 })
     }
 
-    /// Where it begins in the column.
+    /// The index of its first vertex in the column.
     #[inline(always)]
     pub(crate) const fn start(self) -> usize {
         self.start
     }
 
-    /// What another column of the same vertices holds there.
+    /// The window in another column of the same vertices.
     #[inline(always)]
     pub(crate) fn of(self, column: &[f32]) -> Option<&[f32; WIDTH]> {
         column.get(self.start..)?.first_chunk()

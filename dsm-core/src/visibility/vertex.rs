@@ -4,6 +4,16 @@ use crate::transmittance::Transmittance;
 
 /// A control point (z, value) of a piecewise linear function of depth. Two
 /// successive vertices at one z are a step.
+///
+/// ```
+/// use dsm_core::{Vertex, VisibilityFunction};
+///
+/// // A step from 1 to 0.5 at depth 2, then a ramp to 0 at depth 4.
+/// let vertices = [(2.0, 1.0), (2.0, 0.5), (4.0, 0.0)].map(|(z, value)| Vertex::new(z, value));
+/// let function = VisibilityFunction::<f32>::new(vertices)?;
+/// assert_eq!(function.view().at(3.0), 0.25);
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vertex<V> {
     /// Depth along the view axis, in scene units, finite and ≥ 0.

@@ -1,4 +1,4 @@
-//! Emits a descending polyline without the vertices it can do without.
+//! Output of a descending polyline, without redundant vertices.
 
 use super::vertex::{SumVertex, Vertex};
 use crate::transmittance::Transmittance;

@@ -25,9 +25,9 @@ pub(crate) struct Walk<'a, P: Polyline + ?Sized> {
     next: Vertex<P::Sum>,
     /// The depth of `next`, infinite behind the last.
     next_z: f32,
-    /// From `previous` to `next`, once it is needed.
+    /// The slope from `previous` to `next`, once it is needed.
     slope: Option<P::Sum>,
-    /// How many vertices lie before `next`.
+    /// Number of vertices before `next`.
     passed: usize,
 }
 

@@ -136,7 +136,7 @@ fn a_ramp_stays_a_ramp() {
     let mut settings = BakeSettings::new([1, 1]).unwrap();
     settings.sampling = PixelSampling::new(256, 0).unwrap();
     let [exact, rounded] = [None, Some(Quantization::default())].map(|quantization| {
-        let settings = BakeSettings { quantization, ..settings.clone() };
+        let settings = settings.clone().with_quantization(quantization);
         let tile = Baker::<f32, _>::new(&source, settings).unwrap().tile([0, 0]).unwrap();
         tile.pixels().view().vertex_count()
     });

@@ -37,7 +37,7 @@ fn check_crops<T: Transmittance>(scene: RandomScene, settings: &BakeSettings) {
     let [width, height] = settings.size;
     let (x, y) = ((width - 1) / tile / 2 * tile, (height - 1) / tile / 2 * tile);
     for crop in [[0, 0, width, (y + tile).min(height)], [x, y, width, height]] {
-        let cropped = BakeSettings { crop: Some(crop), ..settings.clone() };
+        let cropped = settings.clone().with_crop(crop);
         let part = tiles::<T>(scene, &cropped);
         assert!(part.iter().map(BakedTile::tile).eq(cropped.tiles()));
         assert!(part.iter().all(|tile| whole.contains(tile)));
@@ -55,7 +55,7 @@ fn check_sizes<T: Transmittance>(scene: RandomScene, settings: &BakeSettings) {
     // Backwards the order of hits depends on how many samples come at once.
     let scene = RandomScene { backwards: false, ..scene };
     let maps = [1, 2, 64].map(|tile_size| {
-        map::<T>(scene, &BakeSettings { tile_size, ..settings.clone() }).pixels().clone()
+        map::<T>(scene, &settings.clone().with_tile_size(tile_size)).pixels().clone()
     });
     assert_eq!(maps[0], maps[1]);
     assert_eq!(maps[0], maps[2]);

@@ -106,7 +106,7 @@ fn check_order<T: Transmittance>(hits: &RayHits<T>, error: f64) {
 }
 
 /// The bound that `TransmittanceBuilder` states.
-fn most_vertices<T: Transmittance>(hits: &RayHits<T>, error: f64) -> f64 {
+fn max_vertices<T: Transmittance>(hits: &RayHits<T>, error: f64) -> f64 {
     let error = error.max(Tolerance::CHORD_FLOOR);
     let count = (hits.surfaces().len() + hits.segments().len()) as f64;
     let channels = T::CHANNELS as f64;
@@ -116,7 +116,7 @@ fn most_vertices<T: Transmittance>(hits: &RayHits<T>, error: f64) -> f64 {
 fn check_extremes<T: Transmittance>(hits: &RayHits<T>, error: f64) {
     let function = TransmittanceFunction::new(hits, error);
     check_invariant::<T>(function.vertices());
-    assert!((function.vertices().len() as f64) <= most_vertices(hits, error));
+    assert!((function.vertices().len() as f64) <= max_vertices(hits, error));
     for z in telling_depths(depths_of(hits)) {
         check_at(hits, &function, z, error.max(Tolerance::CHORD_FLOOR) + 1e-12);
     }
@@ -188,7 +188,7 @@ fn a_hundred_thousand_segments_are_no_trouble() {
     let error = Tolerance::CHORD_FLOOR;
     let function = TransmittanceFunction::new(&hits, error);
     check_invariant::<f32>(function.vertices());
-    assert!((function.vertices().len() as f64) <= most_vertices(&hits, error));
+    assert!((function.vertices().len() as f64) <= max_vertices(&hits, error));
     assert!(function.last()[0] > 0.1);
     for vertex in function.vertices().iter().step_by(997) {
         check_at(&hits, &function, vertex.z, 1e-13);
@@ -202,7 +202,7 @@ fn zigzags_need_no_more_vertices_than_promised() {
         let hits = crowded_ray(count, scale);
         for error in [Tolerance::CHORD_FLOOR, 1e-4, 1e-2] {
             let found = TransmittanceFunction::new(&hits, error).vertices().len() as f64;
-            assert!(found <= most_vertices(&hits, error), "{count} × {scale}, {error}: {found}");
+            assert!(found <= max_vertices(&hits, error), "{count} × {scale}, {error}: {found}");
         }
     }
 }

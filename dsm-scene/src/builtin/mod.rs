@@ -1,4 +1,4 @@
-//! Scenes that are made here: the same on every platform and in every run.
+//! Built-in scenes, reproducible on every platform.
 //!
 //! Numbers come from a seeded generator, angles from `libm`, and everything
 //! else from operations that IEEE 754 rounds in one way only.
@@ -15,6 +15,10 @@ use crate::error::{Error, Result};
 use crate::scene::Scene;
 
 /// The names of the built-in scenes.
+///
+/// ```
+/// assert!(dsm_scene::BUILTIN_SCENES.contains(&"hairball"));
+/// ```
 pub const BUILTIN_SCENES: &[&str] =
     &["hairball", "fur-plane", "foliage", "smoke", "pipes", "spinning-sphere", "stained-glass"];
 

@@ -1,4 +1,4 @@
-//! What moves while the shutter is open.
+//! A scene that moves while the shutter is open.
 
 use glam::DVec3;
 

@@ -1,4 +1,4 @@
-//! Numbers that look random and are the same everywhere.
+//! Pseudo-random numbers of the built-in scenes.
 
 use dsm_core::random::{EMPTY_HASH, combine, unit};
 use glam::{DVec3, IVec3};

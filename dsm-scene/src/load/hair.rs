@@ -27,7 +27,7 @@ impl<'a> Columns<'a> {
         let taken = count.checked_mul(size).and_then(|bytes| usize::try_from(bytes).ok());
         let Some(column) = taken.and_then(|taken| left.get(..taken)) else {
             let reason = format!(
-                "{what} of {count} × {size} bytes should begin here, and {} are left",
+                "truncated: {what} of {count} × {size} bytes expected, {} left",
                 left.len()
             );
             return Err(Error::malformed(Place::Byte(self.at as u64), reason));
@@ -48,7 +48,7 @@ pub(super) fn load(path: &Path) -> Result<Curves> {
 fn parse(bytes: &[u8]) -> Result<Curves> {
     let refuse = |reason| Err(Error::malformed(Place::Header, reason));
     let Some(header) = bytes.get(..HEADER).filter(|header| header.starts_with(b"HAIR")) else {
-        return refuse("not a HAIR file: it begins with HAIR and 124 bytes");
+        return refuse("not a HAIR file: must begin with HAIR and 124 bytes of header");
     };
     let word = |at: usize| {
         let bytes = [header[at], header[at + 1], header[at + 2], header[at + 3]];
@@ -65,7 +65,7 @@ fn parse(bytes: &[u8]) -> Result<Curves> {
     if flags & SEGMENTS != 0 {
         segments = Some(columns.take("segment counts", strands.into(), 2)?);
     } else if u64::from(strands) * (u64::from(default_segments) + 1) != u64::from(points) {
-        return refuse("the strands' segments don't make the number of points");
+        return refuse("the strands' segments do not add up to the number of points");
     }
     let positions = columns.take("points", points.into(), 12)?;
     let mut per_point = |flag, what| match flags & flag {
@@ -153,7 +153,10 @@ mod tests {
         }
         let whole = file(1, 5, POINTS | THICKNESS, 4, &points);
         let error = parse(&whole).unwrap_err();
-        assert!(error.to_string().starts_with("byte 188: thicknesses of 5 × 4"), "{error}");
+        assert!(
+            error.to_string().starts_with("byte 188: truncated: thicknesses of 5 × 4"),
+            "{error}"
+        );
         for length in 0..whole.len() {
             assert!(parse(&whole[..length]).is_err(), "{length} bytes");
         }

@@ -1,4 +1,4 @@
-//! The alpha of images.
+//! Alpha channels of images.
 
 use std::io::Cursor;
 
@@ -8,9 +8,9 @@ use crate::alpha::AlphaTexture;
 use crate::error::{Error, Place, Result};
 
 /// An image may unpack to this many bytes.
-const MOST_BYTES: usize = 1 << 30;
+const MAX_BYTES: usize = 1 << 30;
 
-/// Which channel of an image says how opaque it is.
+/// The channel of an image that holds opacity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Channel {
     /// Alpha; images without it are opaque.
@@ -27,13 +27,13 @@ pub(super) fn decode(bytes: &[u8], channel: Channel) -> Result<Option<AlphaTextu
         return Ok(None);
     }
     if !bytes.starts_with(b"\x89PNG\r\n\x1a\n") {
-        let reason = "an opacity image has to be a PNG";
+        let reason = "an opacity image must be a PNG";
         return Err(Error::malformed(Place::Header, reason));
     }
-    let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: MOST_BYTES });
+    let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: MAX_BYTES });
     decoder.set_transformations(Transformations::EXPAND | Transformations::STRIP_16);
     let mut reader = decoder.read_info().map_err(broken)?;
-    let size = reader.output_buffer_size().filter(|&size| size <= MOST_BYTES);
+    let size = reader.output_buffer_size().filter(|&size| size <= MAX_BYTES);
     let Some(size) = size else {
         return Err(Error::malformed(Place::Header, "the image is too large"));
     };

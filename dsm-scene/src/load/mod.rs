@@ -22,7 +22,7 @@ use crate::scene::Shape;
 use crate::volume::Volume;
 
 /// Vertices and triangles of a mesh, together with its copies.
-pub(crate) const MOST_PRIMITIVES: u64 = 100_000_000;
+pub(crate) const MAX_PRIMITIVES: u64 = 100_000_000;
 
 /// Reads a mesh: Wavefront `.obj`, Stanford `.ply` (text and binary, either
 /// byte order), `.gltf` and `.glb`, by the extension.
@@ -81,6 +81,17 @@ pub fn load_volume(path: &Path) -> Result<Volume> {
 }
 
 /// Reads a shape of any kind, by the file's extension.
+///
+/// ```
+/// use dsm_scene::{Shape, load_shape};
+///
+/// let folder = tempfile::tempdir()?;
+/// let path = folder.path().join("triangle.obj");
+/// std::fs::write(&path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")?;
+/// let Shape::Mesh(mesh) = load_shape(&path)? else { panic!("an OBJ is a mesh") };
+/// assert_eq!(mesh.triangles(), [[0, 1, 2]]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// # Errors
 ///

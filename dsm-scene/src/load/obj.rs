@@ -131,12 +131,17 @@ fn check_faces(bytes: &[u8]) -> Result<()> {
                 }
                 let text = String::from_utf8_lossy(index);
                 let (Some(total), Ok(value)) = (totals.get(kind), text.parse::<i64>()) else {
-                    return refuse(format!("`{}` is no corner", String::from_utf8_lossy(corner)));
+                    return refuse(format!(
+                        "`{}` is not a corner",
+                        String::from_utf8_lossy(corner)
+                    ));
                 };
                 let found = if value < 0 { counts[kind].saturating_add(value) } else { value - 1 };
                 if found < 0 || found >= *total {
                     let what = ["vertices", "texture coordinates", "normals"][kind];
-                    return refuse(format!("index {value}, and there are {total} {what}"));
+                    return refuse(format!(
+                        "index {value} is out of range: there are {total} {what}"
+                    ));
                 }
             }
         }
@@ -169,7 +174,7 @@ fn material_alpha(material: &Material, folder: &Path) -> Result<Alpha> {
     let place = || Place::Named(format!("material {}", material.name));
     let transparency = match material.unknown_param.get("Tr").map(|text| text.parse::<f32>()) {
         Some(Ok(value)) => value,
-        Some(Err(_)) => return Err(Error::malformed(place(), "Tr is no number")),
+        Some(Err(_)) => return Err(Error::malformed(place(), "Tr is not a number")),
         None => 0.0,
     };
     let factor = material.dissolve.unwrap_or(1.0 - transparency);

@@ -136,7 +136,7 @@ fn parse(bytes: &[u8]) -> Result<TriangleMesh> {
         }
     }
     let Some(vertices) = vertices else {
-        return Err(Error::malformed(Place::Header, "there is no element vertex"));
+        return Err(Error::malformed(Place::Header, "no element vertex"));
     };
     let properties = &header.elements["vertex"].properties;
     let has = |names: &[&str]| names.iter().any(|&name| properties.contains_key(name));
@@ -150,14 +150,14 @@ fn parse(bytes: &[u8]) -> Result<TriangleMesh> {
     let mut triangles = Vec::new();
     for (index, face) in faces.iter().enumerate() {
         if let Some(negative) = face.signed.iter().find(|&&corner| corner < 0) {
-            let reason = format!("there is no vertex {negative}");
+            let reason = format!("vertex {negative} is out of range");
             return Err(Error::malformed(Place::Face(index as u64), reason));
         }
         let signed = face.signed.iter().map(|&corner| corner as u32);
         let corners: Vec<u32> = signed.chain(face.unsigned.iter().copied()).collect();
         let beyond = |corner: &&u32| **corner as usize >= vertices.len();
         if let Some(corner) = corners.iter().find(beyond) {
-            let reason = format!("there is no vertex {corner}, only {}", vertices.len());
+            let reason = format!("vertex {corner} is out of range: there are {}", vertices.len());
             return Err(Error::malformed(Place::Face(index as u64), reason));
         }
         triangles.extend(corners.windows(2).skip(1).map(|pair| [corners[0], pair[0], pair[1]]));
@@ -175,13 +175,13 @@ fn check_element(element: &ElementDef, left: u64) -> Result<()> {
     // Every property takes a byte at least: a list its length.
     let smallest = element.properties.len() as u64;
     if (element.count as u64).saturating_mul(smallest) > left {
-        let reason = format!("{} of them don't fit into {left} bytes", element.count);
+        let reason = format!("{} of them do not fit into {left} bytes", element.count);
         return Err(Error::malformed(place(), reason));
     }
     let corners = element.properties.values().filter(|property| is_corners(&property.name));
     for property in corners {
         if element.name == "face" && matches!(property.data_type, PropertyType::Scalar(_)) {
-            return Err(Error::malformed(place(), format!("{} is no list", property.name)));
+            return Err(Error::malformed(place(), format!("{} is not a list", property.name)));
         }
     }
     Ok(())
@@ -269,7 +269,7 @@ mod tests {
             assert!(!error.to_string().contains('\n'), "{error}");
         }
         let error = replace("face 2", "face 4000000000").unwrap_err().to_string();
-        assert!(error.contains("4000000000 of them don't fit"), "{error}");
+        assert!(error.contains("4000000000 of them do not fit"), "{error}");
         let mut file = binary("little", |f, u| (f.to_le_bytes(), u.to_le_bytes()));
         let list = file.len() - 16;
         file[list..list + 4].copy_from_slice(&u32::MAX.to_le_bytes());

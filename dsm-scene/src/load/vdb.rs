@@ -23,7 +23,7 @@ fn parse(bytes: &[u8]) -> Result<Volume> {
     });
     let Some(chosen) = chosen else {
         let names: Vec<_> = grids.iter().map(|grid| grid.name.as_str()).collect();
-        let reason = format!("no grid is called density, but: {}", names.join(", "));
+        let reason = format!("no grid is named density; the grids are: {}", names.join(", "));
         return Err(Error::malformed(Place::Header, reason));
     };
     check_grid(bytes, chosen)?;
@@ -146,7 +146,7 @@ mod tests {
                 broken.extend(word.to_le_bytes());
             }
             let error = parse(&broken).unwrap_err().to_string();
-            assert!(error.contains("a compressed block has another length"), "{error}");
+            assert!(error.contains("wrong length of a compressed block"), "{error}");
         }
     }
 
@@ -165,7 +165,7 @@ mod tests {
         assert!(replaced(b"Tree_float", b"Tree_vec3s").contains("Tree_vec3s"));
         let mut many = whole.clone();
         many[places[0]] = 2;
-        assert!(parse(&many).unwrap_err().to_string().contains("many buffers"));
+        assert!(parse(&many).unwrap_err().to_string().contains("several buffers"));
         let mut far = whole.clone();
         far[places[0] + 19] = 0x7f;
         assert!(parse(&far).unwrap_err().to_string().contains("beyond"));

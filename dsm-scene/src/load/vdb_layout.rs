@@ -1,4 +1,4 @@
-//! Where the parts of an OpenVDB file lie.
+//! Layout of an OpenVDB file.
 //!
 //! The library that decodes the values takes the file at its word: it panics at
 //! what it doesn't know, takes memory for whatever length is stated, and hands
@@ -17,11 +17,11 @@ const ZIP: u32 = 1;
 const ACTIVE_MASK: u32 = 2;
 const BLOSC: u32 = 4;
 /// Voxels farther out would not be told apart in `f32`.
-const FARTHEST: i32 = 1 << 24;
-/// What a block of Blosc begins with, in bytes.
+const MAX_DISTANCE: i32 = 1 << 24;
+/// Size of the header of a Blosc block, in bytes.
 const BLOSC_HEADER: usize = 16;
 
-/// What a grid's header says.
+/// The header of a grid.
 #[derive(Clone, Debug)]
 pub(super) struct GridLayout {
     pub(super) name: String,
@@ -41,11 +41,11 @@ pub(super) fn grids(bytes: &[u8]) -> Result<Vec<GridLayout>> {
     let version = file.u32()?;
     if !VERSIONS.contains(&version) {
         let (first, last) = (VERSIONS.start(), VERSIONS.end());
-        return refuse(format!("version {version} is not read, only {first} to {last}"));
+        return refuse(format!("unsupported version {version}: only {first} to {last}"));
     }
     file.take(8)?;
     if file.u8()? != 1 {
-        return refuse("files without grid offsets are not read".into());
+        return refuse("unsupported: file without grid offsets".into());
     }
     file.take(36)?;
     file.metadata()?;
@@ -56,7 +56,7 @@ pub(super) fn grids(bytes: &[u8]) -> Result<Vec<GridLayout>> {
         let (name, kind, parent) = (file.name()?, file.name()?, file.name()?);
         let [grid, blocks, end] = [file.u64()?, file.u64()?, file.u64()?];
         if !names.insert(name.clone()) {
-            return refuse(format!("there are two grids `{name}`"));
+            return refuse(format!("duplicate grid `{name}`"));
         }
         let [grid, blocks, end] =
             [grid, blocks, end].map(|at| usize::try_from(at).unwrap_or(usize::MAX));
@@ -75,7 +75,10 @@ pub(super) fn check_grid(bytes: &[u8], grid: &GridLayout) -> Result<()> {
         Err(Error::malformed(Place::Named(format!("grid `{}`", grid.name)), reason))
     };
     if !grid.kind.starts_with("Tree_float_5_4_3") || !grid.parent.is_empty() {
-        return named(format!("a {} is not read, only a Tree_float_5_4_3 of its own", grid.kind));
+        return named(format!(
+            "unsupported grid {}: only Tree_float_5_4_3, and no instances",
+            grid.kind
+        ));
     }
     let mut file = Cursor { bytes, at: 0 }.at(grid.grid)?;
     let compression = file.compression()?;
@@ -84,18 +87,18 @@ pub(super) fn check_grid(bytes: &[u8], grid: &GridLayout) -> Result<()> {
     let numbers = match map.as_str() {
         "UniformScaleMap" => 15,
         "UniformScaleTranslateMap" | "ScaleTranslateMap" => 18,
-        _ => return named(format!("a transform of the kind {map} is not read")),
+        _ => return named(format!("unsupported transform {map}")),
     };
     file.take(numbers * 8)?;
     if file.u32()? != 1 {
-        return named("trees of many buffers are not read".into());
+        return named("unsupported: tree of several buffers".into());
     }
     file.u32()?;
     let (tiles, roots) = (file.u32()?, file.u32()?);
     for _ in 0..tiles {
         file.take(16)?;
         if file.u8()? != 0 {
-            return named("active tiles of 4096 voxels' side are not read".into());
+            return named("unsupported: active tiles of 4096 voxels per side".into());
         }
     }
     let values = Values { compression, size: if half { 2 } else { 4 } };
@@ -103,7 +106,7 @@ pub(super) fn check_grid(bytes: &[u8], grid: &GridLayout) -> Result<()> {
     for _ in 0..roots {
         for _ in 0..3 {
             let at = file.at;
-            if !(-FARTHEST..=FARTHEST).contains(&(file.u32()? as i32)) {
+            if !(-MAX_DISTANCE..=MAX_DISTANCE).contains(&(file.u32()? as i32)) {
                 let place = Place::Byte(at as u64);
                 return Err(Error::malformed(place, "a node lies beyond ±2^24 voxels"));
             }
@@ -127,7 +130,7 @@ fn ones(mask: &[u8]) -> u32 {
     mask.iter().map(|byte| byte.count_ones()).sum()
 }
 
-/// How the values of a grid are stored.
+/// The storage of a grid's values.
 struct Values {
     compression: u32,
     size: usize,
@@ -155,7 +158,7 @@ impl Values {
             3 => _ = file.take(count / 8)?,
             4 => _ = file.take(4 + count / 8)?,
             5 => _ = file.take(8 + count / 8)?,
-            _ => return refuse("the values of a node are stored in an unknown way"),
+            _ => return refuse("unknown storage of a node's values"),
         }
         let masked = self.compression & ACTIVE_MASK != 0 && kind != 6;
         let stored = if masked { active as usize } else { count };
@@ -168,7 +171,7 @@ impl Values {
         if packed <= 0 {
             // Stored as it is, with the length negated.
             if packed.unsigned_abs() != length as u64 {
-                return refuse("the values of a node have another length");
+                return refuse("wrong length of a node's values");
             }
             file.take(length)?;
             return Ok(());
@@ -183,7 +186,7 @@ impl Values {
                 && word(4) == Some(length)
                 && word(12) == Some(block.len());
             if !sound {
-                return refuse("a compressed block has another length");
+                return refuse("wrong length of a compressed block");
             }
         }
         Ok(())
@@ -201,19 +204,19 @@ impl<'a> Cursor<'a> {
     fn take(&mut self, count: usize) -> Result<&'a [u8]> {
         let left = &self.bytes[self.at..];
         let Some(taken) = left.get(..count) else {
-            let reason = format!("{count} bytes should follow, and {} are left", left.len());
+            let reason = format!("truncated: {count} bytes expected, {} left", left.len());
             return Err(Error::malformed(Place::Byte(self.at as u64), reason));
         };
         self.at += count;
         Ok(taken)
     }
 
-    /// The same file at another place.
+    /// The file at another offset.
     fn at(self, at: usize) -> Result<Self> {
         if at <= self.bytes.len() {
             Ok(Self { at, ..self })
         } else {
-            let reason = format!("it names byte {at}, and the file has {}", self.bytes.len());
+            let reason = format!("offset {at} is outside the file of {} bytes", self.bytes.len());
             Err(Error::malformed(Place::Byte(self.at as u64), reason))
         }
     }
@@ -244,7 +247,7 @@ impl<'a> Cursor<'a> {
             flags if flags <= ZIP | ACTIVE_MASK | BLOSC => Ok(flags),
             flags => Err(Error::malformed(
                 Place::Byte(at as u64),
-                format!("compression {flags} is unknown"),
+                format!("unknown compression {flags}"),
             )),
         }
     }

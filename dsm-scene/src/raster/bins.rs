@@ -1,4 +1,4 @@
-//! Which primitives may touch which part of the map.
+//! Primitives binned by the parts of the map that they may cover.
 
 use super::cells::CellArea;
 use super::outline::Rows;
@@ -9,10 +9,10 @@ use super::rays::Rays;
 const SIDE: i32 = 16;
 
 /// Bins have to be larger if there were more of them.
-const MOST_BINS: usize = 1 << 20;
+const MAX_BINS: usize = 1 << 20;
 
-/// How often primitives may stand in bins: so many times each, and so many in
-/// all beside that.
+/// The largest number of references to primitives in bins: so many for each, and so
+/// many in all beside that.
 const REFERENCES: (u64, u64) = (15, 1 << 22);
 
 /// Squares of 16 × 16 pixels over the map, and around it one ring of bins that
@@ -29,13 +29,13 @@ pub(super) struct Bins {
 }
 
 impl Bins {
-    /// The most primitives: as often as they may stand in bins fits in `u32`.
-    pub(super) const MOST_PRIMITIVES: usize = 1 << 27;
+    /// The largest number of primitives: their references in all bins fit in `u32`.
+    pub(super) const MAX_PRIMITIVES: usize = 1 << 27;
 
     /// Bins over a map of `size` pixels, all empty.
     pub(super) fn new(size: [u32; 2]) -> Self {
         let mut bins = Self::of_side(size, SIDE);
-        while bins.count() > MOST_BINS {
+        while bins.count() > MAX_BINS {
             bins = Self::of_side(size, bins.area.side * 2);
         }
         bins
@@ -47,7 +47,7 @@ impl Bins {
         Self { area, starts: Vec::new(), items: Vec::new() }
     }
 
-    /// How many bins there are.
+    /// Number of bins.
     pub(super) fn count(&self) -> usize {
         self.area.columns() * self.area.rows()
     }

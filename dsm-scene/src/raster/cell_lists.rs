@@ -4,7 +4,7 @@ use super::bins::Bins;
 use super::cells::CellArea;
 use super::outline::Rows;
 
-/// Which primitives may cover each cell of a block, in ascending order. Keeps
+/// The primitives that may cover each cell of a block, in ascending order. Keeps
 /// its memory from block to block.
 #[derive(Clone, Debug, Default)]
 pub(super) struct CellLists {
@@ -52,7 +52,7 @@ impl CellLists {
         starts.pop();
     }
 
-    /// What may cover the cell with this number, counted row by row.
+    /// The primitives that may cover the cell with this number, counted row by row.
     #[inline(always)]
     pub(super) fn cell(&self, cell: usize) -> &[u32] {
         &self.items[self.starts[cell] as usize..self.starts[cell + 1] as usize]

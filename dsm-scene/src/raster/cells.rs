@@ -16,7 +16,7 @@ pub(super) struct RayLanes<S: Simd> {
     pub(super) centre: [f32x16<S>; 2],
     /// Each ray relative to it.
     pub(super) ray: [f32x16<S>; 2],
-    /// How far the ray moves sideways per unit of depth.
+    /// The sideways movement of the ray per unit of depth.
     pub(super) slope: [f32x16<S>; 2],
     /// 1 / |d|² of its direction (slope, 1).
     pub(super) shrink: f32x16<S>,
@@ -131,7 +131,7 @@ impl Cell {
         }
     }
 
-    /// How many vectors of lanes there are.
+    /// Number of vectors of lanes.
     pub(super) const fn len(&self) -> usize {
         self.lanes.len()
     }

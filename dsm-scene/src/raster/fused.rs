@@ -13,8 +13,8 @@ pub(super) fn fused<S: Simd>(a: f32x16<S>, b: f32x16<S>, c: f32x16<S>) -> f32x16
     a.mul_add_precise(b, c)
 }
 
-/// The same on processors that can't: a call a lane. Kept out of the kernels,
-/// which take long to compile with it.
+/// The fallback for processors without fused operations: a call a lane. Kept out of
+/// the kernels, which take long to compile with it.
 #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
 #[cold]
 #[inline(never)]

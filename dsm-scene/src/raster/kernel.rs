@@ -2,11 +2,11 @@
 
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x16};
 
+use super::cell_hits::CellHits;
 use super::cells::{Cell, LANES};
-use super::found::Found;
 use super::primitive::Primitive;
 
-/// Appends to `found` what the rays of `cell` meet of the primitives that
+/// Appends to `cell_hits` what the rays of `cell` meet of the primitives that
 /// `items` names, one after the other.
 #[inline(always)]
 pub(super) fn meet<S: Simd, P: Primitive>(
@@ -14,12 +14,12 @@ pub(super) fn meet<S: Simd, P: Primitive>(
     cell: &Cell,
     primitives: &[P],
     items: &[u32],
-    found: &mut Found,
+    cell_hits: &mut CellHits,
 ) {
-    let near = f32x16::splat(simd, found.near);
+    let near = f32x16::splat(simd, cell_hits.near);
     let infinity = f32x16::splat(simd, f32::INFINITY);
-    let mut count = found.count;
-    let (samples, depths) = (&mut found.samples[..], &mut found.depths[..]);
+    let mut count = cell_hits.count;
+    let (samples, depths) = (&mut cell_hits.samples[..], &mut cell_hits.depths[..]);
     for index in 0..cell.len() {
         let lanes = cell.lanes(simd, index);
         for &item in items {
@@ -30,10 +30,10 @@ pub(super) fn meet<S: Simd, P: Primitive>(
             depth.compress(met).store_slice(&mut depths[count..count + LANES]);
             lanes.sample.compress(met).store_slice(&mut samples[count..count + LANES]);
             count += met.to_bitmask().count_ones() as usize;
-            if found.keeps_items {
-                found.items.push((item, count));
+            if cell_hits.keeps_items {
+                cell_hits.items.push((item, count));
             }
         }
     }
-    found.count = count;
+    cell_hits.count = count;
 }

@@ -4,16 +4,16 @@ use dsm_core::{Result, TileHits, TileSamples, Transmittance};
 use fearless_simd::Level;
 
 use super::bins::Bins;
+use super::cell_hits::CellHits;
 use super::cell_lists::CellLists;
 use super::cells::{Cell, CellArea};
-use super::found::Found;
-use super::leveled::Leveled;
+use super::dispatched::DispatchedPrimitive;
 use super::outline::Rows;
 use super::rays::Rays;
 
 /// Primitives of one kind while they are collected.
 #[derive(Clone, Debug)]
-pub(super) struct LayerBuilder<T, P: Leveled> {
+pub(super) struct LayerBuilder<T, P: DispatchedPrimitive> {
     primitives: Vec<P>,
     outlines: Vec<P::Outline>,
     /// The first primitive of each opacity.
@@ -22,20 +22,20 @@ pub(super) struct LayerBuilder<T, P: Leveled> {
 
 /// Primitives of one kind, and where in the map they are.
 #[derive(Clone, Debug)]
-pub(super) struct Layer<T, P: Leveled> {
+pub(super) struct Layer<T, P: DispatchedPrimitive> {
     primitives: Vec<P>,
     outlines: Vec<P::Outline>,
     opacities: Vec<(u32, T)>,
     bins: Bins,
 }
 
-impl<T: Transmittance, P: Leveled> Default for LayerBuilder<T, P> {
+impl<T: Transmittance, P: DispatchedPrimitive> Default for LayerBuilder<T, P> {
     fn default() -> Self {
         Self { primitives: Vec::new(), outlines: Vec::new(), opacities: Vec::new() }
     }
 }
 
-impl<T: Transmittance, P: Leveled> LayerBuilder<T, P> {
+impl<T: Transmittance, P: DispatchedPrimitive> LayerBuilder<T, P> {
     /// Adds those primitives that a ray can meet.
     pub(super) fn extend(
         &mut self,
@@ -102,7 +102,7 @@ fn order<T>(bins: &Bins, outlines: &[impl Rows], opacities: &[(u32, T)]) -> Vec<
     order
 }
 
-impl<T: Transmittance, P: Leveled> Layer<T, P> {
+impl<T: Transmittance, P: DispatchedPrimitive> Layer<T, P> {
     /// Finds what may cover the cells of `area`.
     pub(super) fn list(&self, level: Level, area: &CellArea, lists: &mut CellLists) {
         P::list(level, lists, &self.bins, &self.outlines, area);
@@ -115,7 +115,7 @@ impl<T: Transmittance, P: Leveled> Layer<T, P> {
         cell: &Cell,
         mut items: &[u32],
         (rays, samples): (&Rays, &TileSamples),
-        found: &mut Found,
+        cell_hits: &mut CellHits,
         hits: &mut TileHits<T>,
     ) -> Result<()> {
         while let Some(&first) = items.first() {
@@ -127,14 +127,14 @@ impl<T: Transmittance, P: Leveled> Layer<T, P> {
                 .map_or(items.len(), |&(start, _)| items.partition_point(|&item| item < start));
             let (run, rest) = items.split_at(end);
             items = rest;
-            found.reset(run.len() * cell.len());
-            found.keeps_items = P::HAS_NORMAL && hits.wants_normals();
-            P::meet_all(level, cell, &self.primitives, run, found);
+            cell_hits.reset(run.len() * cell.len());
+            cell_hits.keeps_items = P::HAS_NORMAL && hits.wants_normals();
+            P::meet_all(level, cell, &self.primitives, run, cell_hits);
             let opacity = self.opacities[next - 1].1;
-            if found.keeps_items {
-                found.push_with_normals(opacity, &self.primitives, rays, samples, hits)?;
+            if cell_hits.keeps_items {
+                cell_hits.push_with_normals(opacity, &self.primitives, rays, samples, hits)?;
             } else {
-                found.push(opacity, hits)?;
+                cell_hits.push(opacity, hits)?;
             }
         }
         Ok(())

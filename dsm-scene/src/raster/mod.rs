@@ -5,22 +5,22 @@
 //! with its exact ray. A block of pixels goes through these steps:
 //! [`layer`] (primitives of one kind, with the [`bins`] that find those near a
 //! block) → [`outline`] (rows of cells that each can cover) → [`cell_lists`]
-//! (cell by cell) → [`kernel`] (16 rays at a time) → [`found`]. [`leveled`] holds
-//! what is compiled for each level of instructions.
+//! (cell by cell) → [`kernel`] (16 rays at a time) → [`cell_hits`]. [`dispatched`]
+//! holds the code that is compiled for each level of instructions.
 //!
 //! Everything is computed from the map's pixel and the primitive alone, and in
 //! one order, so that neither blocks nor threads nor processors show in a map.
 //! The kernel fuses multiplications and additions on every processor.
 
 mod bins;
+mod cell_hits;
 mod cell_lists;
 mod cells;
-mod found;
+mod corner;
+mod dispatched;
 mod fused;
 mod kernel;
-mod keyed;
 mod layer;
-mod leveled;
 mod outline;
 mod primitive;
 pub(crate) mod rasterizer;

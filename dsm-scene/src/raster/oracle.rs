@@ -1,4 +1,4 @@
-//! Naive `f64` answers, and cameras to ask them of.
+//! A naive `f64` oracle, and cameras for it.
 
 use dsm_core::{SamplePoint, ShadowCamera};
 use glam::{DMat2, DMat4, DVec2, DVec3, DVec4, Vec3};
@@ -31,7 +31,7 @@ fn camera(projection: DMat4) -> ShadowCamera {
     ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(projection) }
 }
 
-/// The same camera elsewhere in the world.
+/// This camera elsewhere in the world.
 pub(super) fn placed(camera: ShadowCamera, view: DMat4) -> ShadowCamera {
     let placed = |matrix: Option<DMat4>| matrix.map(|matrix| matrix * view);
     ShadowCamera {
@@ -64,33 +64,33 @@ impl Ray {
         Self { start, direction: next - start }
     }
 
-    /// From the ray to a point, in the point's plane of constant depth.
+    /// The vector from the ray to a point, in the point's plane of constant depth.
     fn to(&self, point: DVec3) -> DVec2 {
         (point - self.start + self.direction * point.z).truncate()
     }
 }
 
-/// What a ray does to a primitive.
+/// The expected outcome of a ray against a primitive.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Met {
-    /// At this depth, give or take that much.
-    Yes(f64, f64),
-    No,
-    /// It comes so close that rounding decides.
-    Perhaps,
+pub(super) enum Expected {
+    /// A hit at this depth, give or take that much.
+    Hit(f64, f64),
+    Miss,
+    /// A hit or a miss: so close that rounding decides.
+    Uncertain,
 }
 
-/// `Met`, of a margin that decides (positive: yes) and what rounding may do to
+/// The outcome of a margin that decides (positive: yes) and what rounding may do to
 /// it, and of a depth.
-fn met(margin: f64, rounding: f64, depth: f64, blur: f64) -> Met {
+fn expected(margin: f64, rounding: f64, depth: f64, blur: f64) -> Expected {
     if margin.is_nan() || margin < -rounding {
-        Met::No
+        Expected::Miss
     } else if margin <= rounding || depth.abs() <= blur {
-        Met::Perhaps
+        Expected::Uncertain
     } else if depth > 0.0 {
-        Met::Yes(depth, blur)
+        Expected::Hit(depth, blur)
     } else {
-        Met::No
+        Expected::Miss
     }
 }
 
@@ -100,7 +100,7 @@ fn lerp(keys: [Vec3; 2], time: f32) -> DVec3 {
 }
 
 /// A ray against a segment: where the two lines come closest.
-pub(super) fn segment(ray: &Ray, keys: &[Segment; 2], time: f32) -> Met {
+pub(super) fn segment(ray: &Ray, keys: &[Segment; 2], time: f32) -> Expected {
     let [a, b] = [0, 1].map(|end| lerp(keys.map(|key| key.ends[end]), time));
     let [thick, thin] = [0, 1].map(|end| {
         let [open, close] = keys.map(|key| f64::from(key.radii[end]));
@@ -123,11 +123,11 @@ pub(super) fn segment(ray: &Ray, keys: &[Segment; 2], time: f32) -> Met {
     // Of a segment along the ray, hardly a point is nearer than the others.
     let sliding = (2e-6 * size / along.length()).min(1.0) * (b - a).length();
     let blur = 1e-5 * depth.abs() + 1e-6 * size + sliding;
-    met(if radius > 0.0 { radius - distance } else { f64::NAN }, rounding, depth, blur)
+    expected(if radius > 0.0 { radius - distance } else { f64::NAN }, rounding, depth, blur)
 }
 
 /// A ray against a triangle.
-pub(super) fn triangle(ray: &Ray, keys: &[[Vec3; 3]; 2], time: f32) -> Met {
+pub(super) fn triangle(ray: &Ray, keys: &[[Vec3; 3]; 2], time: f32) -> Expected {
     let corners = [0, 1, 2].map(|corner| lerp(keys.map(|key| key[corner]), time));
     let seen = corners.map(|corner| ray.to(corner));
     let weights = [0, 1, 2].map(|at| seen[(at + 1) % 3].perp_dot(seen[(at + 2) % 3]));
@@ -143,7 +143,7 @@ pub(super) fn triangle(ray: &Ray, keys: &[[Vec3; 3]; 2], time: f32) -> Met {
     let range = depths.iter().fold(0.0, |range: f64, depth| range.max((depth - depths[0]).abs()));
     let blur = (weighted / area).abs() * 1e-5 + rounding / area.abs() * range;
     if area.abs() <= rounding && least >= -rounding {
-        return Met::Perhaps;
+        return Expected::Uncertain;
     }
-    met(least, rounding, weighted / area, blur)
+    expected(least, rounding, weighted / area, blur)
 }

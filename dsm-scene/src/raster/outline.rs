@@ -1,11 +1,11 @@
-//! What a primitive can cover in the map.
+//! Outlines of primitives in the map.
 
 use super::cells::CellArea;
-use super::keyed::Corner;
+use super::corner::Corner;
 use super::rays::Rays;
 
 /// Beyond so many pixels from the map's corner, `f32` can't place an outline.
-const FARTHEST: f64 = 1e6;
+const MAX_DISTANCE: f64 = 1e6;
 
 /// Something that covers rows of cells.
 pub(super) trait Rows: Copy + Send + Sync {
@@ -64,7 +64,7 @@ impl<const KEYS: usize, const CORNERS: usize> Outline<KEYS, CORNERS> {
             // As much again as rounding may move it.
             (thickness * longest * stretch * (1.0 + 1e-5) + 1e-4 + 4e-7 * farthest) as f32
         });
-        if farthest < FARTHEST && f64::from(reach[0].max(reach[1])) < FARTHEST {
+        if farthest < MAX_DISTANCE && f64::from(reach[0].max(reach[1])) < MAX_DISTANCE {
             outline.reach = reach;
         }
         Some(outline)
@@ -86,7 +86,7 @@ impl Edge {
         Self { top, bottom, slope: (bottom[0] - top[0]) / (bottom[1] - top[1]) }
     }
 
-    /// Where the line is at height `y`.
+    /// The x of the line at height `y`.
     #[inline(always)]
     fn at(&self, y: f32) -> f32 {
         self.top[0] + (y - self.top[1]) * self.slope

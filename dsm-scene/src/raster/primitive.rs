@@ -1,11 +1,11 @@
-//! What every kind of primitive can do.
+//! The interface of primitives.
 
 use fearless_simd::{Simd, f32x16, mask32x16};
 
 use glam::Vec3;
 
 use super::cells::RayLanes;
-use super::keyed::Corner;
+use super::corner::Corner;
 use super::outline::Rows;
 use super::rays::Rays;
 
@@ -14,10 +14,10 @@ pub(super) trait Primitive: Copy + Send + Sync + 'static {
     /// Its outline in the map, over the whole shutter.
     type Outline: Rows;
 
-    /// Whether it has a normal.
+    /// True if it has a normal.
     const HAS_NORMAL: bool;
 
-    /// Whether it moves.
+    /// True if it moves.
     const MOVES: bool;
 
     /// Projects it. `None` if no ray can meet it: behind the camera, of no
@@ -31,6 +31,6 @@ pub(super) trait Primitive: Copy + Send + Sync + 'static {
     /// All its corners.
     fn corners(&self) -> &[Corner];
 
-    /// Which rays meet it, and at what depth.
+    /// The rays that hit it, and the depths of the hits.
     fn meet<S: Simd>(&self, simd: S, lanes: &RayLanes<S>) -> (mask32x16<S>, f32x16<S>);
 }

@@ -9,15 +9,15 @@ use fearless_simd::Level;
 use glam::Vec3;
 
 use super::bins::Bins;
+use super::cell_hits::CellHits;
 use super::cell_lists::CellLists;
 use super::cells::{Cell, CellArea};
-use super::found::Found;
 use super::layer::{Layer, LayerBuilder};
 use super::rays::Rays;
 use super::segment::{RaySegment, Segment};
 use super::triangle::RayTriangle;
 
-/// Collects primitives for a [`Rasterizer`].
+/// A builder of a [`Rasterizer`]: collects its primitives.
 ///
 /// Points are in camera space: right-handed, the camera looks down −z. What
 /// moves goes in a straight line from where the shutter opens to where it
@@ -32,7 +32,7 @@ pub struct RasterizerBuilder<T: Transmittance> {
     pub(super) moving_triangles: LayerBuilder<T, RayTriangle<2>>,
 }
 
-/// Finds what the rays of one shadow camera meet: segments of strands and
+/// A rasteriser of the hits of one shadow camera's rays: segments of strands and
 /// triangles, each of one opacity.
 ///
 /// Made for the rays of one map, it is an order of magnitude faster than a ray
@@ -84,20 +84,20 @@ pub struct Rasterizer<T: Transmittance> {
     level: Level,
     /// Hits must lie behind this depth.
     near: f32,
-    /// What threads work in, kept for the next block.
+    /// Working memory of threads, kept for the next block.
     scratch: Mutex<Vec<Scratch>>,
 }
 
-/// What a block takes.
+/// The working memory of a block.
 #[derive(Clone, Debug, Default)]
 struct Scratch {
     lists: [CellLists; 4],
     cell: Cell,
-    found: Found,
+    cell_hits: CellHits,
 }
 
 impl<T: Transmittance> RasterizerBuilder<T> {
-    /// For a map of `size` pixels which `camera`'s NDC [0, 1]² covers.
+    /// A builder for a map of `size` pixels which `camera`'s NDC \[0, 1\]² covers.
     ///
     /// # Errors
     ///
@@ -205,7 +205,7 @@ impl<T: Transmittance> RasterizerBuilder<T> {
         let Self { rays, size, segments, moving_segments, triangles, moving_triangles } = self;
         let most = segments.len().max(moving_segments.len());
         let most = most.max(triangles.len()).max(moving_triangles.len());
-        let (count, limit) = (most as u64, Bins::MOST_PRIMITIVES as u64);
+        let (count, limit) = (most as u64, Bins::MAX_PRIMITIVES as u64);
         if count > limit {
             return Err(Error::TooLarge { what: "primitives", count, limit });
         }
@@ -232,14 +232,14 @@ fn checked<T: Transmittance>(opacity: T) -> Result<T> {
 }
 
 impl<T: Transmittance> Rasterizer<T> {
-    /// The same rasteriser without what lies at `depth` or nearer: what stands
-    /// between the light and a camera that was moved back from it.
+    /// Leaves out occluders at `depth` or nearer: those between the light and a
+    /// camera that was moved back from it.
     #[must_use]
     pub fn beyond(self, depth: f32) -> Self {
         Self { near: depth.max(0.0), ..self }
     }
 
-    /// The same hits with the instructions of another level of processors.
+    /// Sets the level of instructions; the hits stay the same.
     #[cfg(test)]
     pub(super) fn with_level(mut self, level: Level) -> Self {
         self.level = level;
@@ -253,7 +253,7 @@ impl<T: Transmittance> Rasterizer<T> {
         scratch: &mut Scratch,
         hits: &mut TileHits<T>,
     ) -> Result<()> {
-        let Scratch { lists, cell, found } = scratch;
+        let Scratch { lists, cell, cell_hits } = scratch;
         let (level, rays) = (self.level, &self.rays);
         self.segments.list(level, area, &mut lists[0]);
         self.moving_segments.list(level, area, &mut lists[1]);
@@ -267,12 +267,12 @@ impl<T: Transmittance> Rasterizer<T> {
                     continue;
                 }
                 cell.fill(rays, samples, area.side, x, y);
-                found.near = self.near;
+                cell_hits.near = self.near;
                 let of = (rays, samples);
-                self.segments.meet(level, cell, items[0], of, found, hits)?;
-                self.moving_segments.meet(level, cell, items[1], of, found, hits)?;
-                self.triangles.meet(level, cell, items[2], of, found, hits)?;
-                self.moving_triangles.meet(level, cell, items[3], of, found, hits)?;
+                self.segments.meet(level, cell, items[0], of, cell_hits, hits)?;
+                self.moving_segments.meet(level, cell, items[1], of, cell_hits, hits)?;
+                self.triangles.meet(level, cell, items[2], of, cell_hits, hits)?;
+                self.moving_triangles.meet(level, cell, items[3], of, cell_hits, hits)?;
             }
         }
         Ok(())

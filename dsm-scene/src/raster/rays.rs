@@ -3,7 +3,7 @@
 use dsm_core::{Error, Result, ShadowCamera, ViewRaster};
 use glam::{DMat2, DVec2, DVec3};
 
-/// What changes w by a smaller share over the width of a map changes no `f32`: w
+/// The share below which a change of w over the width of a map changes no `f32`: w
 /// counts as constant.
 const SLIGHT: f64 = 1.0 / (1 << 24) as f64;
 
@@ -14,14 +14,14 @@ const SLIGHT: f64 = 1.0 / (1 << 24) as f64;
 /// is linear in the raster position.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rays {
-    /// From raster positions.
+    /// The map from raster positions.
     inverse: DMat2,
-    /// To raster positions: `linear · ray + offset`.
+    /// The map to raster positions: `linear · ray + offset`.
     linear: DMat2,
     offset: DVec2,
-    /// Where ray space has its origin, in camera space with depths.
+    /// The origin of ray space, in camera space with depths.
     origin: DVec3,
-    /// What parallel rays gain sideways per unit of depth; 0 in perspective.
+    /// The sideways gain of parallel rays per unit of depth; 0 in perspective.
     slope: DVec2,
     perspective: bool,
 }
@@ -104,17 +104,17 @@ impl Rays {
         (point.truncate() - self.slope * point.z).extend(point.z)
     }
 
-    /// What to add to a depth in ray space to get that in camera space.
+    /// The offset from a depth in ray space to that in camera space.
     pub(super) const fn depth_offset(&self) -> f64 {
         self.origin.z
     }
 
-    /// What points of camera space have lost sideways per unit of depth.
+    /// The sideways shift of points of camera space per unit of depth.
     pub(super) const fn shear(&self) -> DVec2 {
         self.slope
     }
 
-    /// Whether all rays start in one point.
+    /// True if all rays start in one point.
     pub(super) const fn is_perspective(&self) -> bool {
         self.perspective
     }
@@ -124,12 +124,12 @@ impl Rays {
         self.inverse * (raster - self.offset)
     }
 
-    /// Where a ray goes through the raster.
+    /// The raster position of a ray.
     pub(super) fn raster(&self, ray: DVec2) -> DVec2 {
         self.linear * ray + self.offset
     }
 
-    /// How far a ray moves sideways in camera space per unit of depth.
+    /// The sideways movement of a ray in camera space per unit of depth.
     pub(super) fn slope(&self, ray: DVec2) -> DVec2 {
         if self.perspective { ray } else { self.slope }
     }

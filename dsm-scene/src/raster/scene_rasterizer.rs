@@ -1,4 +1,4 @@
-//! The fast door from a scene to the baker.
+//! Hits of a scene for a bake, by rasterisation.
 
 use dsm_core::{HitSource, TileHits, TileSamples, Transmittance, ViewRaster};
 use glam::{DAffine3, DVec3, Vec2};
@@ -14,8 +14,8 @@ use crate::mesh::TriangleMesh;
 use crate::scene::{Object, Scene, Shape};
 use crate::trace::{TracedScene, scaled};
 
-/// What a shadow camera sees of a scene: [`Rasterizer`] for all that it can do,
-/// a ray tracer for the rest.
+/// A scene as a shadow camera sees it, block by block: a [`Rasterizer`] for all
+/// that it supports, a ray tracer for the rest.
 ///
 /// Strands and meshes are rasterised; surfaces whose opacity changes from place
 /// to place, media, and objects that turn while the shutter is open are traced.
@@ -40,13 +40,13 @@ use crate::trace::{TracedScene, scaled};
 /// ```
 pub struct SceneRasterizer<T: Transmittance> {
     rasterizer: Rasterizer<T>,
-    /// What is not rasterised.
+    /// The objects that are ray traced.
     rest: Option<SceneHitSource>,
     view: ViewRaster,
 }
 
 impl<T: Transmittance> SceneRasterizer<T> {
-    /// Looks at `scene` through `view`. O(n) for n primitives that are
+    /// A source of hits of `scene` through `view`. O(n) for n primitives that are
     /// rasterised, O(n log n) for those that are traced.
     ///
     /// # Errors
@@ -72,15 +72,15 @@ impl<T: Transmittance> SceneRasterizer<T> {
         Ok(Self { rasterizer: builder.build()?, rest, view })
     }
 
-    /// The same source without what lies at `depth` or nearer: what stands
-    /// between the light and a camera that was moved back from it.
+    /// Leaves out occluders at `depth` or nearer: those between the light and a
+    /// camera that was moved back from it.
     #[must_use]
     pub fn beyond(self, depth: f32) -> Self {
         let rest = self.rest.map(|rest| rest.beyond(depth));
         Self { rasterizer: self.rasterizer.beyond(depth), rest, ..self }
     }
 
-    /// What it looks through.
+    /// The raster of the shadow camera.
     #[must_use]
     pub fn raster(&self) -> &ViewRaster {
         &self.view

@@ -4,8 +4,8 @@ use fearless_simd::{Select, Simd, SimdBase, f32x16, mask32x16};
 use glam::{DVec3, Vec3};
 
 use super::cells::RayLanes;
+use super::corner::{Corner, SeenCorner, dot};
 use super::fused::fused;
-use super::keyed::{Corner, SeenCorner, dot};
 use super::outline::Outline;
 use super::primitive::Primitive;
 use super::rays::Rays;
@@ -37,7 +37,7 @@ pub(super) struct RaySegment<const KEYS: usize> {
 }
 
 impl<const KEYS: usize> RaySegment<KEYS> {
-    /// From the ends' points in camera space and radii.
+    /// The segment between points in camera space, with their radii.
     pub(super) fn new(rays: &Rays, keys: [[(DVec3, f32); 2]; KEYS]) -> Self {
         let corner = |(point, radius)| Corner::new(rays, point, radius);
         Self { ends: keys.map(|ends| ends.map(corner)) }

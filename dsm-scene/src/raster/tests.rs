@@ -10,13 +10,13 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
 
-use super::oracle::{self, Met, Ray, orthographic, perspective};
+use super::oracle::{self, Expected, Ray, orthographic, perspective};
 use super::rasterizer::{Rasterizer, RasterizerBuilder};
 use super::segment::Segment;
 
 const SIZE: [u32; 2] = [40, 30];
 
-/// What a test looks at: primitives where the shutter opens and closes.
+/// The scene of a test: primitives where the shutter opens and closes.
 #[derive(Clone, Debug)]
 struct Scene {
     segments: Vec<[Segment; 2]>,
@@ -47,8 +47,8 @@ impl Scene {
         builder.build().unwrap()
     }
 
-    /// What a ray does to all primitives, with their opacities.
-    fn naive(&self, ray: &Ray, point: SamplePoint, distinct: bool) -> Vec<(f32, Met)> {
+    /// The outcomes of a ray against all primitives, with their opacities.
+    fn naive(&self, ray: &Ray, point: SamplePoint, distinct: bool) -> Vec<(f32, Expected)> {
         let time = if self.moving { point.time } else { 0.0 };
         let segments = self
             .segments
@@ -77,7 +77,7 @@ fn found(rasterizer: &Rasterizer<f32>, samples: &TileSamples) -> Vec<Vec<(u32, u
     found
 }
 
-/// How many hits were sure.
+/// The number of hits that were certain.
 fn check(scene: &Scene, camera: &ShadowCamera, samples: &TileSamples, distinct: bool) -> usize {
     let found = found(&scene.rasterizer(camera, distinct), samples);
     let mut sure = 0;
@@ -86,7 +86,7 @@ fn check(scene: &Scene, camera: &ShadowCamera, samples: &TileSamples, distinct: 
         let mut left = found[index].clone();
         let expected = scene.naive(&ray, point, distinct);
         for &(opacity, met) in &expected {
-            let Met::Yes(depth, blur) = met else { continue };
+            let Expected::Hit(depth, blur) = met else { continue };
             let close = |&(bits, of): &(u32, u32)| {
                 of == opacity.to_bits() && (f64::from(f32::from_bits(bits)) - depth).abs() <= blur
             };
@@ -96,8 +96,9 @@ fn check(scene: &Scene, camera: &ShadowCamera, samples: &TileSamples, distinct: 
             sure += 1;
         }
         for (bits, of) in left {
-            let grazed =
-                |&&(opacity, met): &&(f32, Met)| opacity.to_bits() == of && met == Met::Perhaps;
+            let grazed = |&&(opacity, met): &&(f32, Expected)| {
+                opacity.to_bits() == of && met == Expected::Uncertain
+            };
             assert!(
                 expected.iter().any(|one| grazed(&one)),
                 "{point:?}: none at {}, {expected:?}",

@@ -4,8 +4,8 @@ use fearless_simd::{Simd, SimdBase, f32x16, mask32x16};
 use glam::{DVec3, Vec3};
 
 use super::cells::RayLanes;
+use super::corner::{Corner, SeenCorner};
 use super::fused::fused;
-use super::keyed::{Corner, SeenCorner};
 use super::outline::Outline;
 use super::primitive::Primitive;
 use super::rays::Rays;
@@ -18,7 +18,7 @@ pub(super) struct RayTriangle<const KEYS: usize> {
 }
 
 impl<const KEYS: usize> RayTriangle<KEYS> {
-    /// From corners in camera space.
+    /// The triangle between corners in camera space.
     pub(super) fn new(rays: &Rays, keys: [[DVec3; 3]; KEYS]) -> Self {
         let corners = |triangle: [DVec3; 3]| triangle.map(|point| Corner::new(rays, point, 0.0));
         Self { corners: keys.map(corners) }

@@ -2,14 +2,31 @@
 
 /// A picture: red, green and blue of every pixel, linear, row by row from the
 /// top.
+///
+/// ```
+/// use dsm_scene::Image;
+///
+/// let image = Image::new([2, 1], vec![[0.0; 3], [0.5; 3]]).expect("two pixels");
+/// assert!(image.is_grey());
+/// assert_eq!(Image::new([2, 2], vec![[0.0; 3]]), None);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
     size: [u32; 2],
     pixels: Vec<[f32; 3]>,
 }
 
-/// By how much the pixels of one image differ from those of another: of its
-/// value less the other's, over all pixels and channels.
+/// The difference between the pixels of two images: the values of one less those of
+/// the other, over all pixels and channels.
+///
+/// ```
+/// use dsm_scene::Image;
+///
+/// let dark = Image::new([1, 1], vec![[0.25; 3]]).expect("one pixel");
+/// let light = Image::new([1, 1], vec![[0.75; 3]]).expect("one pixel");
+/// let difference = dark.difference(&light).expect("one size");
+/// assert_eq!((difference.mean, difference.rmse), (-0.5, 0.5));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImageDifference {
     /// The mean.
@@ -45,7 +62,7 @@ impl Image {
         &self.pixels
     }
 
-    /// Whether red, green and blue are the same in every pixel.
+    /// True if red, green and blue are equal in every pixel.
     #[must_use]
     pub fn is_grey(&self) -> bool {
         self.pixels.iter().all(|&[red, green, blue]| red == green && green == blue)
@@ -68,7 +85,7 @@ impl Image {
         Self::new([width, height], rows.flat_map(|(image, y)| row(image, y)).collect())
     }
 
-    /// How far this image is from `other`; `None` if they differ in size or
+    /// The difference of this image from `other`; `None` if they differ in size or
     /// hold no pixels. A pixel that is not a number makes the numbers none.
     #[must_use]
     pub fn difference(&self, other: &Self) -> Option<ImageDifference> {

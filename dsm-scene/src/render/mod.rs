@@ -1,11 +1,11 @@
-//! Pictures of a scene under one light, with any kind of shadow.
+//! Pictures of a scene under one light, with any shadow method.
 
 mod image;
-mod numbers;
+mod interaction;
 mod png;
 mod renderer;
+mod sampler;
 mod shading;
-mod sight;
 
 pub use image::{Image, ImageDifference};
 pub use png::srgb_code;

@@ -1,4 +1,4 @@
-//! From a scene and a shadow method to a picture.
+//! Path tracing of a scene with a shadow method.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -13,30 +13,42 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::image::Image;
-use super::numbers::{Numbers, spread_otherwise};
+use super::interaction::{Interaction, Material, PathTracer};
+use super::sampler::{Sampler, spread_otherwise};
 use super::shading::radiance;
-use super::sight::{Eye, Matter, Sight};
 use crate::error::Result;
 use crate::trace::TracedScene;
 
 /// Width and height of what one task renders, in pixels.
 const BLOCK: u32 = 16;
 
-/// What a picture shows.
+/// The contents and the sampling of a picture.
+///
+/// ```
+/// use dsm_scene::RenderSettings;
+///
+/// let settings = RenderSettings::new(16, 0)?.with_factor(true);
+/// assert!(settings.factor && settings.self_shadowing);
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct RenderSettings {
-    /// Camera rays a pixel, each with a place, a time and an end of its own.
+    /// The camera rays of a pixel, each with a position, a time and an end of its
+    /// own.
     pub sampling: PixelSampling,
-    /// Tells pictures apart that are sampled at the same places.
+    /// Seed that tells pictures apart that share their sample positions.
     pub seed: u64,
-    /// The shadow factor alone, unshaded; 1 where the camera sees nothing.
+    /// True for the shadow factor alone, unshaded; 1 where the camera sees nothing.
     pub factor: bool,
-    /// Whether strands and media are in shadow: without, only surfaces are.
+    /// True for shadows on strands and media too: without, only surfaces receive
+    /// them.
     pub self_shadowing: bool,
 }
 
 impl RenderSettings {
-    /// Shaded pictures of `samples` camera rays a pixel, with all shadows.
+    /// Settings of shaded pictures of `samples` camera rays a pixel, with all
+    /// shadows.
     ///
     /// # Errors
     ///
@@ -45,13 +57,31 @@ impl RenderSettings {
         let sampling = PixelSampling::new(samples, seed)?;
         Ok(Self { sampling, seed, factor: false, self_shadowing: true })
     }
+
+    /// Sets the seed that tells pictures apart.
+    #[must_use]
+    pub fn with_seed(self, seed: u64) -> Self {
+        Self { seed, ..self }
+    }
+
+    /// Sets whether the picture is the shadow factor alone.
+    #[must_use]
+    pub fn with_factor(self, factor: bool) -> Self {
+        Self { factor, ..self }
+    }
+
+    /// Sets whether strands and media receive shadows too.
+    #[must_use]
+    pub fn with_self_shadowing(self, self_shadowing: bool) -> Self {
+        Self { self_shadowing, ..self }
+    }
 }
 
-/// Renders a scene under one light.
+/// A path tracer of a scene under one light.
 ///
 /// Every camera ray ends at one place: a surface, a strand or a point in a
-/// medium, taken as often as its share of what the ray sees. There the shadow
-/// factor is asked for, and the light goes on by Lambert's law from surfaces,
+/// medium, sampled as often as its share of what the ray sees. There the shadow
+/// factor is queried, and the light goes on by Lambert's law from surfaces,
 /// by Kajiya and Kay's model (1989) from strands, and evenly from media. The
 /// light does not get weaker with distance; what it does not reach is black, as
 /// is what lies behind everything.
@@ -70,7 +100,7 @@ impl RenderSettings {
 /// let renderer = Renderer::new(Arc::clone(&traced), camera, scene.light.area()?, RenderSettings::new(4, 0)?);
 /// let shadow = SceneReference::<f32>::new(traced).with_rays(4);
 /// let Ok(Some(image)) = renderer.render(&shadow, |_| std::ops::ControlFlow::Continue(())) else {
-///     panic!("nobody broke it off");
+///     panic!("not cancelled");
 /// };
 /// assert_eq!(image.size(), [32, 18]);
 /// assert!(image.is_grey());
@@ -84,7 +114,7 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// Looks at `scene` through `camera`.
+    /// A renderer of `scene` through `camera`.
     #[must_use]
     pub fn new(
         scene: impl Into<Arc<TracedScene>>,
@@ -95,13 +125,13 @@ impl Renderer {
         Self { scene: scene.into(), camera, light, settings }
     }
 
-    /// The picture with these shadows, on the threads of the current pool.
-    /// `watch` is told before every block how far it has come, from any thread,
-    /// and may break it off: then there is none.
+    /// Renders the picture with these shadows, on the threads of the current pool.
+    /// `watch` is told the progress before every block, from any thread, and may
+    /// cancel: then there is no picture.
     ///
     /// # Errors
     ///
-    /// What the shadow method says.
+    /// Those of the shadow method.
     pub fn render<V: LightVisibility>(
         &self,
         shadow: &V,
@@ -150,41 +180,43 @@ impl Renderer {
     ) -> std::result::Result<Vec<[f32; 3]>, V::Error> {
         let [width, height] = self.camera.resolution();
         let [columns, rows] = [(width - corner[0]).min(BLOCK), (height - corner[1]).min(BLOCK)];
-        let mut eye = Eye::new(&self.scene);
+        let mut tracer = PathTracer::new(&self.scene);
         let mut pixels = Vec::with_capacity((columns * rows) as usize);
-        let (mut sights, mut points, mut factors) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut interactions, mut points, mut factors) = (Vec::new(), Vec::new(), Vec::new());
         // A row's points come together: methods keep what neighbours share.
         for y in corner[1]..corner[1] + rows {
-            sights.clear();
+            interactions.clear();
             points.clear();
             factors.clear();
-            self.look([corner[0], y], columns, &mut eye, &mut sights);
-            for (sight, seed) in &sights {
-                points.extend(sight.as_ref().and_then(|sight| self.shaded(sight, *seed)));
+            self.interactions([corner[0], y], columns, &mut tracer, &mut interactions);
+            for (interaction, seed) in &interactions {
+                points.extend(
+                    interaction.as_ref().and_then(|interaction| self.shaded(interaction, *seed)),
+                );
             }
             shadow.visibilities(&points, &self.light, &mut factors)?;
             let mut factors = factors.iter().map(|&factor| channels(factor));
-            let per_pixel = sights.len() / columns as usize;
-            for sights in sights.chunks_exact(per_pixel.max(1)) {
+            let per_pixel = interactions.len() / columns as usize;
+            for interactions in interactions.chunks_exact(per_pixel.max(1)) {
                 let mut sum = [0.0; 3];
-                for (sight, _) in sights {
-                    let value = self.value(sight.as_ref(), &mut factors);
+                for (interaction, _) in interactions {
+                    let value = self.value(interaction.as_ref(), &mut factors);
                     sum.iter_mut().zip(value).for_each(|(sum, value)| *sum += value);
                 }
-                pixels.push(sum.map(|sum| (sum / sights.len() as f64) as f32));
+                pixels.push(sum.map(|sum| (sum / interactions.len() as f64) as f32));
             }
         }
         Ok(pixels)
     }
 
-    /// Where the camera rays of `columns` pixels from `first` on end, each with
-    /// a seed.
-    fn look(
+    /// Appends the interactions of the camera rays of `columns` pixels from `first`
+    /// on, each with a seed.
+    fn interactions(
         &self,
         first: [u32; 2],
         columns: u32,
-        eye: &mut Eye<'_>,
-        sights: &mut Vec<(Option<Sight>, u64)>,
+        tracer: &mut PathTracer<'_>,
+        interactions: &mut Vec<(Option<Interaction>, u64)>,
     ) {
         let sampling = &self.settings.sampling;
         let corner = first.map(|coordinate| coordinate as i32);
@@ -194,60 +226,61 @@ impl Renderer {
         let per_pixel = sampling.samples_per_pixel();
         for (index, point) in (0..).zip(samples.points()) {
             let pixel = [first[0] + index / per_pixel, first[1]];
-            let mut numbers = Numbers::of(self.settings.seed, pixel);
-            let (start, other_start) = (numbers.unit(), numbers.unit());
+            let mut sampler = Sampler::of(self.settings.seed, pixel);
+            let (start, other_start) = (sampler.unit(), sampler.unit());
             let sample = index % per_pixel;
-            let mut numbers = Numbers::of(numbers.bits(), [sample, 0]);
+            let mut sampler = Sampler::of(sampler.bits(), [sample, 0]);
             let ray = self.camera.ray(point.x, point.y, f64::from(point.time));
             let mut first_medium = Some(spread_otherwise(other_start, sample));
-            let medium = || first_medium.take().unwrap_or_else(|| numbers.unit());
-            let sight = eye.look(&ray, golden(start, sample.into()), medium);
-            sights.push((sight, numbers.bits()));
+            let medium = || first_medium.take().unwrap_or_else(|| sampler.unit());
+            let interaction = tracer.interaction(&ray, golden(start, sample.into()), medium);
+            interactions.push((interaction, sampler.bits()));
         }
     }
 
-    /// Where the light is asked for that arrives at `sight`, if it is: on the side of
-    /// a surface that is seen, by more than its place may be off, and by twice what
-    /// [`crate::SceneReference`] passes over, so that a surface shades the side that is
+    /// The receiver of an interaction, if it has shadow: on the side of a surface that
+    /// is seen, further off than its position may be by rounding, and by twice the ray
+    /// offset of [`crate::SceneReference`], so that a surface shades the side that is
     /// turned from the light.
-    fn shaded(&self, sight: &Sight, seed: u64) -> Option<ShadedPoint> {
-        let (off, facing) = match sight.matter {
-            Matter::Surface { normal } => {
-                let rounding = self.scene.rounding(&[self.camera.eye(), sight.position]);
+    fn shaded(&self, interaction: &Interaction, seed: u64) -> Option<ShadedPoint> {
+        let (off, facing) = match interaction.material {
+            Material::Surface { normal } => {
+                let rounding = self.scene.rounding(&[self.camera.eye(), interaction.position]);
                 (normal * (2.0 * rounding), Facing::Surface(normal))
             }
             _ if !self.settings.self_shadowing => return None,
-            Matter::Strand { along, radius } => {
-                (self.to_light(sight) * radius, Facing::Strand(along))
+            Material::Strand { along, radius } => {
+                (self.to_light(interaction) * radius, Facing::Strand(along))
             }
-            Matter::Medium => (DVec3::ZERO, Facing::Light),
+            Material::Medium => (DVec3::ZERO, Facing::Light),
         };
-        Some(ShadedPoint { position: sight.position + off, facing, seed })
+        Some(ShadedPoint { position: interaction.position + off, facing, seed })
     }
 
-    fn to_light(&self, sight: &Sight) -> DVec3 {
-        (self.light.centre() - sight.position).normalize_or(DVec3::Y)
+    fn to_light(&self, interaction: &Interaction) -> DVec3 {
+        (self.light.centre() - interaction.position).normalize_or(DVec3::Y)
     }
 
-    /// What a sight adds to its pixel; takes its factor, if it has one.
+    /// The light that an interaction adds to its pixel; takes its factor, if it has
+    /// one.
     fn value(
         &self,
-        sight: Option<&Sight>,
+        interaction: Option<&Interaction>,
         factors: &mut impl Iterator<Item = [f64; 3]>,
     ) -> [f64; 3] {
-        let Some(sight) = sight else {
+        let Some(interaction) = interaction else {
             return [f64::from(u8::from(self.settings.factor)); 3];
         };
-        let factor = match self.shaded(sight, 0) {
+        let factor = match self.shaded(interaction, 0) {
             Some(_) => factors.next().unwrap_or([1.0; 3]),
             None => [1.0; 3],
         };
         if self.settings.factor {
             return factor;
         }
-        let to_eye = (self.camera.eye() - sight.position).normalize_or(DVec3::Y);
-        let radiance = radiance(sight.matter, self.to_light(sight), to_eye);
-        [0, 1, 2].map(|channel| radiance * factor[channel] * sight.worth[channel])
+        let to_eye = (self.camera.eye() - interaction.position).normalize_or(DVec3::Y);
+        let radiance = radiance(interaction.material, self.to_light(interaction), to_eye);
+        [0, 1, 2].map(|channel| radiance * factor[channel] * interaction.weight[channel])
     }
 }
 

@@ -22,16 +22,16 @@ use obvhs::{BvhBuildParams, traverse};
 use crate::bounds::Bounds;
 use crate::error::{Error, Result};
 
-/// How far boxes are padded, at least, in an object scaled to [−1, 1]³: rays
-/// and boxes there are rounded by a few times 2⁻²⁴.
+/// The padding of boxes, at least, in an object scaled to [−1, 1]³: rays and boxes
+/// there are rounded by a few times 2⁻²⁴.
 const PADDING: f64 = 1.0 / (1 << 20) as f64;
-/// How far before its beginning a ray is traversed: the hierarchy knows no hits
-/// nearer than 10⁻⁴.
+/// The distance before its beginning from which a ray is traversed: the hierarchy
+/// knows no hits nearer than 10⁻⁴.
 const MARGIN: f64 = 1.0 / (1 << 10) as f64;
 /// Levels of boxes that the usual stack has room for.
 const USUAL_DEPTH: usize = 32;
 /// Levels of boxes that are built: what follows works recursively.
-const MOST_DEPTH: usize = 2000;
+const MAX_DEPTH: usize = 2000;
 
 /// A hierarchy of boxes over an object's primitives.
 pub(crate) struct Bvh {
@@ -42,7 +42,7 @@ pub(crate) struct Bvh {
     scale: f64,
 }
 
-/// What the traversal remembers, with any stack.
+/// The state of a traversal, with any stack.
 struct State<S> {
     stack: S,
     current_group: UVec2,
@@ -53,7 +53,7 @@ struct State<S> {
 }
 
 impl Bvh {
-    /// Over one box a primitive; `None` if there are none.
+    /// The hierarchy over one box a primitive; `None` if there are none.
     ///
     /// # Errors
     ///
@@ -89,7 +89,7 @@ impl Bvh {
                 parameters.search_depth_threshold,
             );
             depth = pair_depth(&pairs);
-            if depth > MOST_DEPTH {
+            if depth > MAX_DEPTH {
                 continue;
             }
             let ratio = parameters.reinsertion_batch_ratio;
@@ -99,7 +99,7 @@ impl Bvh {
             let depth = tree_depth(&tree);
             return Ok(Some(Self { tree, depth, outer, scale }));
         }
-        let (count, limit) = (depth as u64, MOST_DEPTH as u64);
+        let (count, limit) = (depth as u64, MAX_DEPTH as u64);
         Err(Error::TooLarge { what: "levels of boxes within boxes", count, limit })
     }
 

@@ -17,7 +17,7 @@ pub(crate) struct DensitySample {
 const STRAIGHT: f64 = 1e-7;
 
 /// Pieces that a cell is cut into at most.
-const MOST_PIECES: u32 = 8;
+const MAX_PIECES: u32 = 8;
 
 /// Calls `stretch` with the density along every stretch of the ray, given in
 /// the object's space, that may hold any: front to back, linear between
@@ -29,7 +29,7 @@ const MOST_PIECES: u32 = 8;
 /// exact, up to rounding, wherever the ray leaves a cell, unless that would
 /// take a negative density. Where the integral up to some point within the cell
 /// would be off by more than `within`, the cell is cut into up to
-/// [`MOST_PIECES`] pieces of which the same holds.
+/// [`MAX_PIECES`] pieces of which the same holds.
 pub(crate) fn march(
     volume: &Volume,
     ray: &Ray,
@@ -75,7 +75,8 @@ pub(crate) fn march(
     flush(samples, &mut stretch);
 }
 
-/// Where the line leaves the box of cells, and through which side.
+/// The parameter where the line leaves the box of cells, and the side it leaves
+/// through.
 fn exit(origin: DVec3, direction: DVec3, start: IVec3, side: i32) -> (f64, usize) {
     let mut nearest = (f64::INFINITY, 0);
     for axis in 0..3 {
@@ -107,7 +108,7 @@ fn push_cell(
     }
 }
 
-/// How many pieces of the cubic between `begin` and `end` are off by at most
+/// Number of pieces of the cubic between `begin` and `end` that are off by at most
 /// `within` each.
 fn pieces([begin, end]: [f64; 2], within: f64, density: &impl Fn(f64) -> f32) -> u32 {
     if within == f64::INFINITY {
@@ -123,7 +124,7 @@ fn pieces([begin, end]: [f64; 2], within: f64, density: &impl Fn(f64) -> f32) ->
     // What the two trapezia are off by: at a third of each half, and in the
     // middle. In n pieces, at least n³ times less.
     let off = half * (square.abs() * (4.0 / 81.0) + cube.abs() * 0.25);
-    (off / within).cbrt().ceil().clamp(1.0, f64::from(MOST_PIECES)) as u32
+    (off / within).cbrt().ceil().clamp(1.0, f64::from(MAX_PIECES)) as u32
 }
 
 /// Adds the middle and the end of a piece that begins with the last sample.

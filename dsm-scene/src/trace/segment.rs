@@ -1,4 +1,4 @@
-//! Where a ray meets a segment of a curve.
+//! Intersection of a ray with a segment of a curve.
 
 use dsm_core::Ray;
 use glam::DVec3;
@@ -10,9 +10,10 @@ pub(crate) struct SegmentTest {
     per_length: f64,
 }
 
-/// A meeting: the ray's parameter, and the place along the segment in [0, 1].
+/// A hit of a segment: the ray's parameter, and the place along the segment in
+/// [0, 1].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Meeting {
+pub(crate) struct SegmentHit {
     pub(crate) t: f64,
     pub(crate) along: f64,
 }
@@ -23,10 +24,10 @@ impl SegmentTest {
         Self { origin: ray.origin(), direction, per_length: 1.0 / direction.length_squared() }
     }
 
-    /// Where the line passes the segment within its radius there, which is
-    /// linear between the ends: the segment is seen along the ray, and the
+    /// The hit where the line passes the segment within its radius, which is linear
+    /// between the ends: the segment is seen along the ray, and the
     /// point on it nearest to the ray is taken.
-    pub(crate) fn meeting(&self, ends: [(DVec3, f64); 2]) -> Option<Meeting> {
+    pub(crate) fn intersection(&self, ends: [(DVec3, f64); 2]) -> Option<SegmentHit> {
         let [(a, near_radius), (b, far_radius)] = ends;
         let [a, b] = [a - self.origin, b - self.origin];
         let [a_t, b_t] = [a, b].map(|end| end.dot(self.direction) * self.per_length);
@@ -38,7 +39,7 @@ impl SegmentTest {
         let radius = near_radius + (far_radius - near_radius) * along;
         let distance = (across + step * along).length_squared();
         (radius > 0.0 && distance <= radius * radius)
-            .then_some(Meeting { t: a_t + (b_t - a_t) * along, along })
+            .then_some(SegmentHit { t: a_t + (b_t - a_t) * along, along })
     }
 }
 
@@ -52,9 +53,9 @@ mod tests {
         let ends = [(DVec3::new(0.0, 0.0, 1.0), 0.1), (DVec3::new(4.0, 0.0, 3.0), 0.3)];
         let meet = |x: f64, y: f64| {
             let ray = Ray::new(DVec3::new(x, y, 10.0), DVec3::new(0.0, 0.0, -2.0));
-            SegmentTest::new(&ray).meeting(ends)
+            SegmentTest::new(&ray).intersection(ends)
         };
-        assert_eq!(meet(1.0, 0.149), Some(Meeting { t: 4.25, along: 0.25 }));
+        assert_eq!(meet(1.0, 0.149), Some(SegmentHit { t: 4.25, along: 0.25 }));
         assert_eq!(meet(1.0, 0.151), None);
         assert!(meet(3.0, 0.249).is_some() && meet(3.0, 0.251).is_none());
         // Around the ends it is round.
@@ -66,14 +67,14 @@ mod tests {
     fn a_segment_along_the_ray_is_met_at_its_first_end() {
         let ends = [(DVec3::Z, 0.1), (DVec3::Z * 3.0, 0.1)];
         let ray = Ray::new(DVec3::new(0.05, 0.0, 0.0), DVec3::Z);
-        let hit = SegmentTest::new(&ray).meeting(ends).unwrap();
-        assert_eq!(hit, Meeting { t: 1.0, along: 0.0 });
+        let hit = SegmentTest::new(&ray).intersection(ends).unwrap();
+        assert_eq!(hit, SegmentHit { t: 1.0, along: 0.0 });
     }
 
     #[test]
     fn a_segment_without_width_is_never_met() {
         let ends = [(DVec3::ZERO, 0.0), (DVec3::X, 0.0)];
         let ray = Ray::new(DVec3::new(0.5, 0.0, 1.0), DVec3::NEG_Z);
-        assert_eq!(SegmentTest::new(&ray).meeting(ends), None);
+        assert_eq!(SegmentTest::new(&ray).intersection(ends), None);
     }
 }

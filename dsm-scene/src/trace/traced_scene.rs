@@ -1,4 +1,4 @@
-//! A scene that rays can be traced through.
+//! Acceleration structures of a scene.
 
 use std::sync::Arc;
 
@@ -6,28 +6,41 @@ use dsm_core::{Ray, RayHits, Rgb, SurfaceHit, Transmittance, VolumeSample};
 use glam::{DAffine3, DVec3};
 
 use super::bvh::Bvh;
+use super::intersection::{HitGeometry, Intersection};
 use super::medium::{DensitySample, integral, march};
-use super::met::{Met, MetPlace};
 use super::segment::SegmentTest;
 use super::triangle::TriangleTest;
 use crate::bounds::Bounds;
 use crate::error::Result;
 use crate::scene::{Object, Scene, Shape};
 
-/// What the optical depth of media may be off by within a cell of voxels.
+/// The error that the optical depth of media may have within a cell of voxels.
 const DEPTH_ERROR: f64 = 6e-6;
 
 /// Extinctions above are cut off: they block everything.
-const MOST_EXTINCTION: f64 = 1e30;
+const MAX_EXTINCTION: f64 = 1e30;
 
-/// How far off the surface a ray meets the place is that was computed for it, as
-/// a share of the lengths that it was computed from: 1,024 roundings of `f64`, as
-/// slim triangles and slanting rays take a few of them many times.
+/// The distance of a computed hit from its surface, as a share of the lengths that
+/// it was computed from: 1,024 roundings of `f64`, as slim triangles and slanting
+/// rays take a few of them many times.
 const ROUNDING: f64 = 512.0 * f64::EPSILON;
 
-/// A scene that is ready for rays: a hierarchy of boxes a shape, in its own
-/// space. Objects that move are met where they are at the ray's time, without
-/// boxes around their whole way.
+/// A scene prepared for ray tracing: a bounding volume hierarchy a shape, in its
+/// own space. Objects that move are tested where they are at the ray's time,
+/// without boxes around their whole way.
+///
+/// ```
+/// use dsm_core::Ray;
+/// use dsm_scene::{TracedScene, builtin_scene};
+/// use glam::DVec3;
+///
+/// let traced = TracedScene::new(&builtin_scene("spinning-sphere")?)?;
+/// assert!(traced.is_moving());
+/// // Upwards from far above, there is nothing in the way.
+/// let ray = Ray::new(DVec3::Y * 1e3, DVec3::Y);
+/// assert_eq!(traced.tracer().transmittance::<f32>(&ray), 1.0);
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
 pub struct TracedScene {
     objects: Vec<TracedObject>,
     /// The largest of [`Object::reach`].
@@ -78,27 +91,27 @@ impl TracedScene {
         Ok(Self { objects, reach })
     }
 
-    /// How far a point of something may lie beside it for rounding alone, if its
-    /// place was computed in `f64` from `places` and from where things stand: in scene
-    /// units. A ray that leaves the point passes over as much.
+    /// The error of the position of a point from rounding alone, if it was computed
+    /// in `f64` from `places` and from where things stand: in scene units. A ray
+    /// that leaves the point passes over as much.
     pub(crate) fn rounding(&self, places: &[DVec3]) -> f64 {
         let farthest = places.iter().map(|place| place.abs().max_element());
         ROUNDING * farthest.fold(self.reach, f64::max)
     }
 
-    /// What one thread traces with.
+    /// A tracer for one thread.
     #[must_use]
     pub fn tracer(&self) -> Tracer<'_> {
         Tracer { scene: self, hits: Vec::new(), samples: Vec::new() }
     }
 
-    /// Whether anything moves while the shutter is open.
+    /// True if anything moves while the shutter is open.
     #[must_use]
     pub fn is_moving(&self) -> bool {
         self.objects.iter().any(|object| object.inverse.is_none())
     }
 
-    /// Whether any opacity has a colour.
+    /// True if any opacity has a colour.
     pub(crate) fn is_coloured(&self) -> bool {
         self.objects.iter().any(|object| !object.object.opacity.is_mono())
     }
@@ -143,7 +156,7 @@ impl TracedObject {
                 bvh.visit(ray, |index| {
                     let ends = curves.segment(index);
                     let ends = ends.map(|(end, radius)| (end.as_dvec3(), f64::from(radius)));
-                    test.meeting(ends).is_some_and(|hit| {
+                    test.intersection(ends).is_some_and(|hit| {
                         let within = near <= hit.t && hit.t < far;
                         within && {
                             let opacity = curves.opacity(index, hit.along as f32);
@@ -157,7 +170,7 @@ impl TracedObject {
     }
 }
 
-/// Traces rays; keeps its memory from one to the next. One a thread.
+/// A ray tracer; keeps its memory from one ray to the next. One a thread.
 pub struct Tracer<'a> {
     scene: &'a TracedScene,
     hits: Vec<Hit>,
@@ -165,9 +178,8 @@ pub struct Tracer<'a> {
 }
 
 impl Tracer<'_> {
-    /// Adds all that the ray meets to `hits`, with t as depth: surfaces and
-    /// strands front to back, then media. O(log n + k) for k hits, and O(cells)
-    /// in media.
+    /// Adds all hits of the ray to `hits`, with t as depth: surfaces and strands
+    /// front to back, then media. O(log n + k) for k hits, and O(cells) in media.
     ///
     /// Each triangle that is crossed is a hit, from either side, and each
     /// segment of a curve that the ray passes within its radius. Media are
@@ -217,18 +229,18 @@ impl Tracer<'_> {
         });
     }
 
-    /// The first surface or strand behind which less than `most` of the light
-    /// is left, by the mean of its channels.
-    pub(crate) fn first_below(&mut self, ray: &Ray, most: f64) -> Option<Met> {
+    /// The first surface or strand behind which the transmittance, by the mean of its
+    /// channels, is below `threshold`.
+    pub(crate) fn first_below(&mut self, ray: &Ray, threshold: f64) -> Option<Intersection> {
         self.find(ray);
         let mut left = 1.0;
         self.hits.iter().find_map(|hit| {
             let object = &self.scene.objects[hit.object as usize].object;
             left *= 1.0 - f64::from(scaled::<f32>(object.opacity, hit.opacity));
-            (left < most).then(|| Met {
+            (left < threshold).then(|| Intersection {
                 t: hit.t,
                 opacity: scaled(object.opacity, hit.opacity),
-                place: MetPlace::of(object, hit.primitive, ray),
+                geometry: HitGeometry::of(object, hit.primitive, ray),
             })
         })
     }
@@ -268,7 +280,7 @@ impl Tracer<'_> {
                 column.clear();
                 column.extend(samples.iter().filter(|s| s.t <= f64::from(f32::MAX)).map(|s| {
                     let extinction = f64::from(s.density) * f64::from(object.object.density);
-                    let extinction = extinction.min(MOST_EXTINCTION) as f32;
+                    let extinction = extinction.min(MAX_EXTINCTION) as f32;
                     let extinction = scaled::<T>(object.object.opacity, extinction);
                     VolumeSample { depth: s.t as f32, extinction }
                 }));
@@ -284,14 +296,14 @@ impl Tracer<'_> {
     /// The normal in the world of the surface that was met; strands have none.
     pub(crate) fn normal(&self, ray: &Ray, hit: &Hit) -> Option<DVec3> {
         let object = &self.scene.objects[hit.object as usize].object;
-        match MetPlace::of(object, hit.primitive, ray) {
-            MetPlace::Surface { normal } => normal,
-            MetPlace::Strand { .. } => None,
+        match HitGeometry::of(object, hit.primitive, ray) {
+            HitGeometry::Surface { normal } => normal,
+            HitGeometry::Strand { .. } => None,
         }
     }
 
-    /// The fraction of light that is left at the end of the ray's range. Needs
-    /// no order, and ends where nothing is left.
+    /// The transmittance of the ray over its range. Needs no order, and ends where
+    /// nothing is left.
     #[must_use]
     pub fn transmittance<T: Transmittance>(&mut self, ray: &Ray) -> T {
         let mut left = T::CLEAR.to_sum();

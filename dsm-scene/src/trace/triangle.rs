@@ -1,4 +1,4 @@
-//! Where a ray crosses a triangle.
+//! Intersection of a ray with a triangle.
 
 use dsm_core::Ray;
 use glam::DVec3;
@@ -39,7 +39,7 @@ impl TriangleTest {
         Self { origin: ray.origin(), axes, shear }
     }
 
-    /// Where the line crosses the triangle, from either side.
+    /// The crossing of the line with the triangle, from either side.
     pub(crate) fn crossing(&self, corners: [DVec3; 3]) -> Option<Crossing> {
         let [x, y, z] = self.axes;
         let [a, b, c] = corners.map(|corner| {
@@ -75,7 +75,7 @@ fn cross(a: DVec3, b: DVec3) -> f64 {
     a.x * b.y - a.y * b.x
 }
 
-/// Which of the two triangles beside an edge a ray through it meets: the one
+/// True if a ray through an edge hits this triangle of the two beside it: the one
 /// that walks it upwards, counterclockwise.
 fn owns_edge(from: DVec3, to: DVec3) -> bool {
     to.y > from.y || (to.y == from.y && to.x < from.x)

@@ -151,8 +151,12 @@ fn what_cannot_be_is_refused_where_it_stands() {
         ("mesh = \"square.obj\"", "mesh = \"square.obj\"\nthickness = 1", "object 2, thickness: "),
         ("mesh = \"square.obj\"", "", "object 2, shape: it has one of"),
         ("mesh = \"square.obj\"", "mesh = \"none.obj\"", "none.obj: cannot open"),
-        ("mesh = \"square.obj\"", "mesh = \"one.hair\"", "one.hair: nothing is known that reads"),
-        ("builtin = \"stained-glass\"", "builtin = \"moss\"", "no built-in scene `moss`"),
+        ("mesh = \"square.obj\"", "mesh = \"one.hair\"", "one.hair: unsupported format, .hair: "),
+        (
+            "builtin = \"stained-glass\"",
+            "builtin = \"moss\"",
+            "no built-in scene is named `moss`; the names are hairball, ",
+        ),
         (
             "target = [0, 1, 0]\nup = [0, 1, 0]\nprojection",
             "target = [2, 5, 2]\nprojection",

@@ -124,7 +124,7 @@ impl Stage {
         let path = folder.path().join("map.dsm");
         let raster = self.scene.light.raster(map.size)?;
         let source = SceneRasterizer::<T>::new(&self.scene, raster)?;
-        let settings = BakeSettings { camera: Some(raster.shadow_camera()), ..map.clone() };
+        let settings = map.clone().with_camera(raster.shadow_camera());
         let baker = Baker::<T, _>::new(source, settings)?;
         let watch = |_| ControlFlow::Continue(());
         bake(&baker, &path, &BakeOptions::default(), |_| (), watch)?;

@@ -39,7 +39,7 @@ fn tent(width: f32) -> Result<Footprint> {
 
 /// A map of media, whose samples have no noise that would hide more.
 fn close_map(side: u32) -> Result<BakeSettings> {
-    Ok(BakeSettings { tolerance: Some(Tolerance::new(0.005)?), ..map_settings(side, 16)? })
+    Ok(map_settings(side, 16)?.with_tolerance(Tolerance::new(0.005)?))
 }
 
 /// Figure 6: the ball, and a part of its shadow under a normal map of as many
@@ -101,7 +101,7 @@ fn cloud(resolution: [u32; 2]) -> Result<Vec<Image>> {
     scene.objects[0].density *= 3.0;
     let stage = Stage::new(scene, resolution)?;
     let shadowed = RenderSettings::new(64, 0)?;
-    let plain = RenderSettings { self_shadowing: false, ..shadowed.clone() };
+    let plain = shadowed.clone().with_self_shadowing(false);
     let draw =
         |settings| Ok(stage.draw_filtered(&close_map(256)?, &[tent(2.0)?], settings)?.remove(0));
     [plain, shadowed].iter().map(draw).collect()

@@ -1,6 +1,6 @@
 //! Multilayer depth maps.
 
-use dsm_core::{BakeSettings, Error, PixelSampling, RayHits, RaySource, SamplePoint, SurfaceHit};
+use dsm_core::{Error, PixelSampling, RayHits, RaySource, SamplePoint, SurfaceHit};
 use mtsm::{MultilayerBaker, MultilayerSettings};
 
 /// Sheets of which pixel (x, y) meets x + 2 y, the farthest first.
@@ -47,7 +47,7 @@ fn hits_before_the_light_are_dropped() {
 #[test]
 fn several_rays_a_pixel_are_refused() {
     let mut settings = MultilayerSettings::new([5, 4]).unwrap();
-    settings.bake = BakeSettings { sampling: PixelSampling::new(4, 0).unwrap(), ..settings.bake };
+    settings.bake = settings.bake.with_sampling(PixelSampling::new(4, 0).unwrap());
     let refused = MultilayerBaker::new(source(), settings).unwrap().depth_map();
     assert!(matches!(refused, Err(Error::Setting { setting: "samples", .. })));
 }

@@ -1,8 +1,6 @@
 //! The runs of multilayer transparent shadow maps.
 
-use dsm_core::{
-    BakeSettings, PixelSampling, Quantization, Rgb, Tolerance, Transmittance, VisibilityField,
-};
+use dsm_core::{PixelSampling, Quantization, Rgb, Tolerance, Transmittance, VisibilityField};
 use dsm_testkit::config;
 use mtsm::detail::Layer;
 use mtsm::{MultilayerBaker, MultilayerMap, MultilayerSettings};
@@ -195,7 +193,7 @@ fn settings_out_of_range_are_refused() {
         MultilayerSettings { light_depth: -1.0, ..good.clone() },
         MultilayerSettings { light_depth: f32::NAN, ..good.clone() },
         MultilayerSettings {
-            bake: BakeSettings { quantization: Some(Quantization::default()), ..good.bake.clone() },
+            bake: good.bake.clone().with_quantization(Quantization::default()),
             ..good.clone()
         },
     ] {

@@ -338,7 +338,7 @@ impl<T: Transmittance> FragmentTracer<T> {
         let mut sum = T::BLOCKED.to_sum();
         let mut counted = TraceStatistics { rays: lights.len() as u64, ..Default::default() };
         let Some(apex) = Apex::new(&self.frame, receiver) else {
-            self.counters.add(TraceStatistics { beside: counted.rays, ..counted });
+            self.counters.add(TraceStatistics { behind_light: counted.rays, ..counted });
             return T::CLEAR;
         };
         if lights.is_empty() {
@@ -348,7 +348,7 @@ impl<T: Transmittance> FragmentTracer<T> {
             let own = (&mut scratch.frontier, &mut scratch.stacks);
             let leaving =
                 dispatch!(self.level, simd => self.group(simd, &apex, group, own, &mut sum));
-            counted.leaving += u64::from(leaving);
+            counted.outside_map += u64::from(leaving);
         }
         self.counters.add(counted);
         let share = (lights.len() as f64).recip();

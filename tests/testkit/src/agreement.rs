@@ -1,11 +1,18 @@
-//! How closely answers have to agree.
+//! Tolerance between the answers of two trials.
 
-/// How closely the answers for a placed scene have to agree with those for the scene as it
-/// is: by default to 2⁻²⁰, and to that share of answers above 1, everywhere.
+/// The tolerance between the answers for a placed scene and those for the scene as
+/// it is: by default 2⁻²⁰, and that share of answers above 1, everywhere.
 ///
 /// Rounding moves the places that `f32` depths and rasters tell apart by some 2⁻²⁴ of
 /// themselves. Where answers change at once, as at an edge, that moves a few of them:
 /// strays.
+///
+/// ```
+/// use dsm_testkit::Agreement;
+///
+/// let agreement = Agreement::default().with_tolerance(1e-3).with_strays(0.01);
+/// assert_eq!(agreement.tolerance(), 1e-3);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Agreement {
     tolerance: f64,
@@ -19,25 +26,25 @@ impl Default for Agreement {
 }
 
 impl Agreement {
-    /// How far an answer may be off that is no stray.
+    /// Sets the largest error of an answer that is no stray.
     #[must_use]
     pub fn with_tolerance(self, tolerance: f64) -> Self {
         Self { tolerance, ..self }
     }
 
-    /// The share of answers, in [0, 1], that may be off by anything.
+    /// Sets the share of answers, in [0, 1], that may be off by anything.
     #[must_use]
     pub fn with_strays(self, strays: f64) -> Self {
         Self { strays, ..self }
     }
 
-    /// How far an answer may be off that is no stray.
+    /// The largest error of an answer that is no stray.
     #[must_use]
     pub const fn tolerance(&self) -> f64 {
         self.tolerance
     }
 
-    /// Why columns of answers do not agree, if they don't.
+    /// The reason why columns of answers do not agree, if they don't.
     pub(crate) fn refusal(&self, wanted: &[f64], found: &[f64]) -> Option<String> {
         if wanted.len() != found.len() {
             return Some(format!("{} answers in place of {}", found.len(), wanted.len()));

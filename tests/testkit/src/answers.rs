@@ -1,13 +1,13 @@
-//! The same questions in every trial.
+//! Queries repeated in every trial.
 
 use crate::agreement::Agreement;
 use crate::disagreement::Disagreement;
 use crate::trial::Trial;
 
-/// Checks anything: `answers` makes it of the scene of a trial, which has this radius before
-/// it is placed, and asks it. The numbers, which have no unit, are the same bits where only
-/// tiles and threads are other ones, and agree wherever the scene stands and however large
-/// it is.
+/// Checks any method: `answers` builds it from the scene of a trial, which has this
+/// radius before it is placed, and queries it. The numbers, which have no unit, are
+/// equal bit by bit where only tiles and threads differ, and agree wherever the
+/// scene stands and however large it is.
 ///
 /// ```
 /// use dsm_testkit::{Agreement, Trial, check_answers};

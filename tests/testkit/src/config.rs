@@ -1,15 +1,16 @@
-//! How long properties are tested.
+//! Number of cases of a property test.
 
 use proptest::test_runner::{Config, RngSeed};
 
-/// Whether tests take their time: `DSM_LONG_TESTS=1`.
+/// True if tests run in the long mode: `DSM_LONG_TESTS=1`.
 #[must_use]
 pub fn is_long() -> bool {
     std::env::var_os("DSM_LONG_TESTS").is_some_and(|value| value == "1")
 }
 
-/// Properties of 256 cases, 20,000 in the [long mode](is_long), the same every time: of
-/// this seed. Nothing is written beside the sources.
+/// The configuration of property tests: 256 cases, 20,000 in the [long
+/// mode](is_long), reproducible from this seed. Nothing is written beside the
+/// sources.
 #[must_use]
 pub fn config(seed: u64) -> Config {
     Config {

@@ -10,16 +10,36 @@ use crate::answers::check_answers;
 use crate::disagreement::Disagreement;
 use crate::trial::Trial;
 
-/// Samples of every pixel that is asked for.
+/// Samples of every pixel that is queried.
 const SAMPLES: u32 = 4;
 
-/// Checks a hit source: `make` makes it of the scene of a trial, which has this radius
+/// Checks a hit source: `make` builds it from the scene of a trial, of this radius
 /// before it is placed, for a map of `size` pixels of `camera`, which is placed like it.
 /// Extinctions are those of the trial's unit: the scene's over its scale.
 ///
-/// The hits of a sample are the same bits whatever block of pixels and thread it is asked
-/// with, and agree wherever the scene stands and however large it is: as many surfaces,
-/// at depths, of opacities and with normals as before, as much light left by media.
+/// The hits of a sample are the same bits whatever block of pixels and thread it is
+/// queried with, and agree wherever the scene stands and however large it is: as many
+/// surfaces, at the depths and with the opacities and normals as before, and media of the
+/// transmittance as before.
+///
+/// ```
+/// use dsm_core::{Projection, RaySource, SamplePoint, SurfaceHit, View};
+/// use dsm_testkit::{Agreement, Trial, check_hit_source};
+/// use glam::DVec3;
+///
+/// // A wall across the view, 2 units from the camera.
+/// let view = View { eye: DVec3::Z * 2.0, target: DVec3::ZERO, up: DVec3::Y };
+/// let raster = view.raster(Projection::Perspective { fov: 45.0 }, [8, 8])?;
+/// let wall = |trial: &Trial| {
+///     let depth = (2.0 * trial.placement.scale()) as f32;
+///     RaySource(move |_: SamplePoint, hits: &mut dsm_core::RayHits<f32>| {
+///         hits.push_surface(SurfaceHit { depth, opacity: 0.5 })
+///     })
+/// };
+/// let camera = raster.shadow_camera();
+/// assert_eq!(check_hit_source(wall, 1.0, &camera, [8, 8], &Agreement::default()), Ok(()));
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
 ///
 /// # Errors
 ///
@@ -37,7 +57,7 @@ where
     check_answers(radius, agreement, |trial| answers(&make(trial), trial, radius, camera, size))
 }
 
-/// What samples met, sample after sample.
+/// The hits of samples, sample after sample.
 fn answers<T: Transmittance, S: HitSource<T>>(
     source: &S,
     trial: &Trial,
@@ -141,7 +161,7 @@ mod tests {
     use dsm_core::{Error, SurfaceHit, VolumeSample};
     use glam::{DMat4, Vec3};
 
-    /// How a source is wrong.
+    /// The fault of a source.
     #[derive(Clone, Copy, Debug, PartialEq)]
     enum Fault {
         None,

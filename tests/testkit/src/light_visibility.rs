@@ -9,11 +9,11 @@ use crate::answers::check_answers;
 use crate::disagreement::Disagreement;
 use crate::trial::Trial;
 
-/// Checks a shadow method: `make` makes it of the scene of a trial, which has this radius
-/// before it is placed; it is asked for `points` under `light`, placed like the scene.
+/// Checks a shadow method: `make` builds it from the scene of a trial, of this radius
+/// before it is placed; it is queried at `points` under `light`, placed like the scene.
 ///
 /// Factors lie in [0, 1]. They are the same bits whatever the tiles and threads that the
-/// method is made with and asked on, and whether points come together or one by one; and
+/// method is made with and queried on, and whether points come together or one by one; and
 /// they agree wherever the scene stands and however large it is.
 ///
 /// ```

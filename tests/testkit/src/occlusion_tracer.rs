@@ -10,12 +10,13 @@ use crate::answers::check_answers;
 use crate::disagreement::Disagreement;
 use crate::trial::Trial;
 
-/// Checks a tracer: `make` makes it of the scene of a trial, which has this radius before
-/// it is placed; it is asked for `rays`, each from a receiver to a light at a time, placed
-/// like the scene.
+/// Checks a tracer: `make` builds it from the scene of a trial, which has this radius
+/// before it is placed; it traces `rays`, each from a receiver to a light at a time,
+/// placed like the scene.
 ///
-/// What is left lies in [0, 1]. It is the same bits whatever the tiles and threads that the
-/// tracer is made with, and agrees wherever the scene stands and however large it is.
+/// Transmittances lie in [0, 1]. They are the same bits whatever the tiles and threads
+/// that the tracer is made with, and agree wherever the scene stands and however large
+/// it is.
 ///
 /// ```
 /// use dsm_core::OcclusionTracer;
@@ -60,7 +61,7 @@ where
     check_answers(radius, agreement, |trial| answers(&make(trial), trial, rays))
 }
 
-/// What is left on every ray, channel after channel.
+/// The transmittance of every ray, channel after channel.
 fn answers<V>(tracer: &V, trial: &Trial, rays: &[(DVec3, DVec3, f64)]) -> Result<Vec<f64>, String>
 where
     V: OcclusionTracer,

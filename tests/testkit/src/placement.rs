@@ -1,4 +1,4 @@
-//! Where a scene stands, and how large its unit is.
+//! Placement of a scene: its position and the size of its unit.
 
 use dsm_core::{AreaLight, Facing, LightShape, ShadedPoint, ShadowCamera};
 use glam::{DMat4, DVec3};
@@ -45,13 +45,13 @@ impl Placement {
         })
     }
 
-    /// How much larger everything is.
+    /// The scale factor.
     #[must_use]
     pub const fn scale(&self) -> f64 {
         self.scale
     }
 
-    /// How far it is moved, after it was scaled.
+    /// The translation, applied after the scale.
     #[must_use]
     pub const fn shift(&self) -> DVec3 {
         self.shift
@@ -63,13 +63,13 @@ impl Placement {
         DMat4::from_translation(self.shift) * DMat4::from_scale(DVec3::splat(self.scale))
     }
 
-    /// Where a point of the scene is.
+    /// The placed position of a point of the scene.
     #[must_use]
     pub fn point(&self, point: DVec3) -> DVec3 {
         point * self.scale + self.shift
     }
 
-    /// Where a receiver is.
+    /// The placed receiver.
     #[must_use]
     pub fn shaded(&self, point: &ShadedPoint) -> ShadedPoint {
         ShadedPoint { position: self.point(point.position), ..*point }
@@ -81,7 +81,7 @@ impl Placement {
         ShadedPoint { position, facing: Facing::Light, seed }
     }
 
-    /// Where a light is.
+    /// The placed light.
     #[must_use]
     pub fn light(&self, light: &AreaLight) -> AreaLight {
         let centre = self.point(light.centre());

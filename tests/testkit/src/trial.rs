@@ -6,10 +6,17 @@ use crate::placement::Placement;
 
 /// A scene's place, and what else no answer may depend on. An implementation is made
 /// within a pool of [`Self::threads`] threads.
+///
+/// ```
+/// use dsm_testkit::Trial;
+///
+/// assert_eq!(Trial::FIRST.placement.scale(), 1.0);
+/// assert_eq!(Trial::FIRST.threads, 1);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Trial {
-    /// Where the scene stands.
+    /// The placement of the scene.
     pub placement: Placement,
     /// The side of a tile, where there are tiles.
     pub tile_size: u32,
@@ -21,7 +28,8 @@ impl Trial {
     /// The scene as it is, in tiles of 64, on one thread.
     pub const FIRST: Self = Self { placement: Placement::HERE, tile_size: 64, threads: 1 };
 
-    /// The same scene in other tiles and on other threads: nothing may change, not a bit.
+    /// The scene in other tiles and on other threads: nothing may change, not a
+    /// bit.
     pub(crate) fn alike() -> [Self; 2] {
         [Self { tile_size: 16, threads: 3, ..Self::FIRST }, Self { threads: 2, ..Self::FIRST }]
     }

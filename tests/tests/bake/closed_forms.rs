@@ -1,6 +1,6 @@
 //! Scenes whose answers have a formula.
 
-use dsm_core::{BakeSettings, PixelSampling, Projection, Rgb, Tolerance, View, VisibilityField};
+use dsm_core::{PixelSampling, Projection, Rgb, Tolerance, View, VisibilityField};
 use dsm_scene::{Light, LightOutline, Object, Scene, Shape, Volume};
 use glam::{DVec3, UVec3};
 
@@ -37,9 +37,9 @@ fn homogeneous(projection: Projection) -> Stage {
 fn check_homogeneous(projection: Projection, slope: f64) {
     let stage = homogeneous(projection);
     let size = [17, 11];
-    let centre = BakeSettings { sampling: PixelSampling::centre(), ..stage.settings(size) };
-    let exact = BakeSettings { tolerance: Some(Tolerance::EXACT), ..centre.clone() };
-    let loose = BakeSettings { tolerance: Some(Tolerance::new(0.02).unwrap()), ..centre };
+    let centre = stage.settings(size).with_sampling(PixelSampling::centre());
+    let exact = centre.clone().with_tolerance(Tolerance::EXACT);
+    let loose = centre.with_tolerance(Tolerance::new(0.02).unwrap());
     let maps = [&exact, &loose].map(|settings| stage.bake::<f32>(settings));
     let (mut worst_depth, mut worst_value) = (0.0_f64, 0.0_f64);
     for (y, x) in (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (y, x))) {
@@ -89,7 +89,7 @@ fn red_glass_passes_red_only() {
     );
     let stage = scene_file(folder.path(), &text);
     assert!(stage.scene.is_coloured());
-    let settings = BakeSettings { tile_size: 4, ..stage.settings([8, 8]) };
+    let settings = stage.settings([8, 8]).with_tile_size(4);
     let coloured = stage.bake::<Rgb>(&settings);
     let grey = stage.bake::<f32>(&settings);
     for (y, x) in (0..8).flat_map(|y| (0..8).map(move |x| (y, x))) {
@@ -155,7 +155,7 @@ fn a_moving_sphere_sweeps_its_coverage() {
     let (side, samples) = (32, 256);
     let sampling = PixelSampling::new(samples, 0).unwrap();
     let tolerance = Some(Tolerance::EXACT);
-    let settings = BakeSettings { sampling, tolerance, ..stage.settings([side; 2]) };
+    let settings = stage.settings([side; 2]).with_sampling(sampling).with_tolerance(tolerance);
     let map = stage.bake::<f32>(&settings);
 
     let sigma = 0.5 / f64::from(samples).sqrt();

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use dsm_core::{BakeSettings, Progress};
+use dsm_core::Progress;
 use dsm_io::{BakeOptions, Error, PyramidOptions};
 
 use crate::support::Stage;
@@ -13,7 +13,7 @@ fn names(folder: &Path) -> Vec<std::ffi::OsString> {
 }
 
 fn break_off(stage: &Stage, options: &BakeOptions, after: u64) {
-    let settings = BakeSettings { tile_size: 8, ..stage.settings([40, 40]) };
+    let settings = stage.settings([40, 40]).with_tile_size(8);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.dsm");
     let watch = |progress: Progress| {

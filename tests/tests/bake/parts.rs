@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use dsm_core::Progress;
-use dsm_core::{BakeSettings, Filter, FilterShape, Rgb, Transmittance};
+use dsm_core::{Filter, FilterShape, Rgb, Transmittance};
 use dsm_io::detail::Crop;
 use dsm_io::{BakeOptions, MergeReport};
 
@@ -22,7 +22,7 @@ fn check<T: Transmittance>(stage: &Stage, filter: Filter) {
     let folder = tempfile::tempdir().unwrap();
     let whole = folder.path().join("whole.dsm");
     let options = BakeOptions::default();
-    let settings = BakeSettings { tile_size: 16, filter, ..stage.settings(SIZE) };
+    let settings = stage.settings(SIZE).with_tile_size(16).with_filter(filter);
     stage.bake_as::<T>(&settings, &options, &whole);
     let reader = open(&whole);
     assert_eq!(reader.crop(), None);
@@ -37,7 +37,7 @@ fn check<T: Transmittance>(stage: &Stage, filter: Filter) {
 
     let crops = PARTS.iter().enumerate().map(|(index, &part)| {
         let path = folder.path().join(format!("part{index}.dsm"));
-        let settings = BakeSettings { crop: Some(part), ..settings.clone() };
+        let settings = settings.clone().with_crop(part);
         stage.bake_as::<T>(&settings, &options, &path);
         let reader = open(&path);
         let [x, y, right, bottom] = part;

@@ -55,7 +55,7 @@ fn bake<T: Transmittance>(stage: &Stage, settings: &BakeSettings) -> MapReader {
 
 fn check_surfaces<T: Transmittance>(name: &str) {
     let stage = Stage::builtin(name);
-    let settings = BakeSettings { tile_size: 8, ..stage.settings(SIZE) };
+    let settings = stage.settings(SIZE).with_tile_size(8);
     let reader = bake::<T>(&stage, &settings);
     let exact: Vec<_> = pixels::<T>(&stage, &settings).iter().map(steps).collect();
     let errors = check_levels::<T>(&reader, &exact, 0, name, true);
@@ -78,7 +78,7 @@ fn levels_of_coloured_surfaces_average_what_was_not_compressed() {
 #[test]
 fn levels_of_media_keep_their_tolerances() {
     let stage = Stage::builtin("pipes");
-    let settings = BakeSettings { tile_size: 8, ..stage.settings(SIZE) };
+    let settings = stage.settings(SIZE).with_tile_size(8);
     let reader = bake::<f32>(&stage, &settings);
     let exact = pixels::<f32>(&stage, &settings);
     let mut random = Random::new(5);

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use dsm_core::Progress;
-use dsm_core::{BakeSettings, Quantization, Rgb, Tolerance, Transmittance};
+use dsm_core::{Quantization, Rgb, Tolerance, Transmittance};
 use dsm_io::{
     BakeOptions, Codec, ConvertOptions, MapReader, MapSource, PyramidOptions, bake, convert, merge,
     mip,
@@ -16,9 +16,8 @@ const SIZE: [u32; 2] = [44, 36];
 fn check<T: Transmittance>(stage: &Stage) {
     let folder = tempfile::tempdir().unwrap();
     let [exact, rounded] = ["exact", "rounded"].map(|name| folder.path().join(name));
-    let settings = BakeSettings { tile_size: 16, ..stage.settings(SIZE) };
-    let quantized =
-        BakeSettings { quantization: Some(Quantization::default()), ..settings.clone() };
+    let settings = stage.settings(SIZE).with_tile_size(16);
+    let quantized = settings.clone().with_quantization(Quantization::default());
     let options = BakeOptions::default();
     let before = stage.bake_as::<T>(&settings, &options, &exact);
     let after = stage.bake_as::<T>(&quantized, &options.with_codec(Codec::Quantized), &rounded);
@@ -101,7 +100,7 @@ fn rounding_and_its_codec_go_together() {
     let path = folder.path().join("map.dsm");
     let never = |_| ControlFlow::Continue(());
     let settings = stage.settings([8, 8]);
-    let rounded = BakeSettings { quantization: Some(Quantization::default()), ..settings.clone() };
+    let rounded = settings.clone().with_quantization(Quantization::default());
     let plain = BakeOptions::default();
     let quantized = plain.with_codec(Codec::Quantized);
     for (settings, options) in [(&settings, quantized), (&rounded, plain)] {

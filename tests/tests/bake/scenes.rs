@@ -126,8 +126,8 @@ fn check<T: Transmittance>(name: &str, stage: &Stage, filter: Filter) {
         let sampling = PixelSampling::new(samples, 0).unwrap();
         let settings = stage.settings([effort.side; 2]);
         // A tile of media at tolerance 0 must stay below the reader's limit.
-        let settings = BakeSettings { sampling, filter, tile_size: 8, ..settings };
-        let exact = BakeSettings { tolerance: Some(Tolerance::EXACT), ..settings.clone() };
+        let settings = settings.with_sampling(sampling).with_filter(filter).with_tile_size(8);
+        let exact = settings.clone().with_tolerance(Tolerance::EXACT);
         let maps = [stage.rasterized::<T>(&settings), stage.bake::<T>(&exact)];
 
         let mut random = Random::new(u64::from(samples));

@@ -49,7 +49,7 @@ impl Stage {
     /// A whole map of `size` pixels with 16 samples each.
     pub(crate) fn settings(&self, size: [u32; 2]) -> BakeSettings {
         let camera = Some(self.raster(size).shadow_camera());
-        BakeSettings { camera, ..BakeSettings::new(size).unwrap() }
+        BakeSettings::new(size).unwrap().with_camera(camera)
     }
 
     /// A baker of rays that are traced one by one, each hit to the last bit.

@@ -17,7 +17,7 @@ const PICTURE: [u32; 2] = [30, 20];
 fn picture(scene: &Scene, method: Method, trial: &Trial) -> Result<Vec<f64>> {
     let scene = placed(scene, &trial.placement);
     let traced = TracedScene::new(&scene)?;
-    let settings = RenderSettings { factor: true, ..RenderSettings::new(2, 3)? };
+    let settings = RenderSettings::new(2, 3)?.with_factor(true);
     let camera = scene.camera.raster(PICTURE)?;
     let renderer = Renderer::new(traced, camera, scene.light.area()?, settings);
     let shadow = method.make(&scene, trial)?;

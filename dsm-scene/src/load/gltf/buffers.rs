@@ -12,7 +12,7 @@ use crate::error::{Error, Place, Result};
 use crate::load::read_file;
 
 /// An accessor without data is all zeros; no more than these.
-const MOST_ZEROS: usize = 1 << 24;
+const MAX_ZEROS: usize = 1 << 24;
 
 /// The buffers of a file.
 pub(super) struct Buffers(Vec<Vec<u8>>);
@@ -23,15 +23,14 @@ impl Buffers {
         let load = |buffer: gltf::Buffer<'_>| {
             let bytes = match buffer.source() {
                 // One chunk of bytes, for the first buffer: copies of it could be many.
-                gltf::buffer::Source::Bin => {
-                    blob.filter(|_| buffer.index() == 0).map(<[u8]>::to_vec).ok_or_else(|| {
-                        Error::malformed(Place::Whole, "its bytes are not in the file")
-                    })?
-                }
+                gltf::buffer::Source::Bin => blob
+                    .filter(|_| buffer.index() == 0)
+                    .map(<[u8]>::to_vec)
+                    .ok_or_else(|| Error::malformed(Place::Whole, "has no bytes in the file"))?,
                 gltf::buffer::Source::Uri(uri) => load_uri(uri, folder)?,
             };
             if bytes.len() < buffer.length() {
-                let reason = format!("{} of {} bytes are there", bytes.len(), buffer.length());
+                let reason = format!("truncated: {} of {} bytes", bytes.len(), buffer.length());
                 return Err(Error::malformed(Place::Whole, reason));
             }
             Ok(bytes)
@@ -85,9 +84,9 @@ impl Buffers {
             Some(view) => {
                 self.elements(&view, accessor.offset(), size, count)?.map(&decode).collect()
             }
-            None if count <= MOST_ZEROS => vec![T::default(); count],
+            None if count <= MAX_ZEROS => vec![T::default(); count],
             None => {
-                let limit = MOST_ZEROS as u64;
+                let limit = MAX_ZEROS as u64;
                 return Err(Error::TooLarge { what: "zeros", count: count as u64, limit });
             }
         };
@@ -99,7 +98,7 @@ impl Buffers {
             let replaced = self.elements(&replaced.view(), replaced.offset(), size, count)?;
             for (place, value) in places.zip(replaced) {
                 let Some(target) = values.get_mut(unsigned(place) as usize) else {
-                    let reason = "a sparse accessor replaces what is not there";
+                    let reason = "a sparse accessor's index is out of range";
                     return Err(Error::malformed(Place::Whole, reason));
                 };
                 *target = decode(value);
@@ -112,13 +111,13 @@ impl Buffers {
     pub(super) fn floats<const N: usize>(&self, accessor: &Accessor<'_>) -> Result<Vec<[f32; N]>> {
         let dimensions = if N == 3 { Dimensions::Vec3 } else { Dimensions::Vec2 };
         if accessor.dimensions() != dimensions {
-            return Err(Error::malformed(Place::Whole, "an accessor has another dimension"));
+            return Err(Error::malformed(Place::Whole, "an accessor has the wrong dimension"));
         }
         let (size, part) = match accessor.data_type() {
             DataType::F32 => (4, 1.0),
             DataType::U8 if accessor.normalized() => (1, 1.0 / 255.0),
             DataType::U16 if accessor.normalized() => (2, 1.0 / 65535.0),
-            _ => return Err(Error::malformed(Place::Whole, "an accessor has another type")),
+            _ => return Err(Error::malformed(Place::Whole, "an accessor has the wrong type")),
         };
         let float = |bytes: &[u8]| match bytes {
             &[a, b, c, d] => f32::from_le_bytes([a, b, c, d]),
@@ -135,7 +134,7 @@ impl Buffers {
     pub(super) fn indices(&self, accessor: &Accessor<'_>) -> Result<Vec<u32>> {
         let integer = matches!(accessor.data_type(), DataType::U8 | DataType::U16 | DataType::U32);
         if accessor.dimensions() != Dimensions::Scalar || !integer {
-            return Err(Error::malformed(Place::Whole, "indices have to be whole numbers"));
+            return Err(Error::malformed(Place::Whole, "indices must be integers"));
         }
         self.values(accessor, unsigned)
     }
@@ -150,14 +149,14 @@ pub(super) fn unsigned(bytes: &[u8]) -> u32 {
 pub(super) fn load_uri(uri: &str, folder: &Path) -> Result<Vec<u8>> {
     if let Some(data) = uri.strip_prefix("data:") {
         let Some((_, text)) = data.split_once(";base64,") else {
-            return Err(Error::malformed(Place::Whole, "a data URI has to be in base 64"));
+            return Err(Error::malformed(Place::Whole, "a data URI must be in base64"));
         };
         return STANDARD
             .decode(text)
-            .map_err(|error| Error::malformed(Place::Whole, format!("base 64: {error}")));
+            .map_err(|error| Error::malformed(Place::Whole, format!("base64: {error}")));
     }
     if uri.contains("://") {
-        let reason = format!("{uri} is no file beside this one");
+        let reason = format!("{uri} is not a file next to this one");
         return Err(Error::malformed(Place::Whole, reason));
     }
     let path = folder.join(percent_decoded(uri));

@@ -1,4 +1,4 @@
-//! What a glTF material says of opacity.
+//! Opacity of glTF materials.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use crate::alpha::{Alpha, AlphaMode, AlphaTexture, Wrap};
 use crate::error::{Error, Place, Result};
 use crate::load::image::{Channel, decode};
 
-/// Where the materials of a file find their images.
+/// The images of a file's materials.
 pub(super) struct Images<'a> {
     pub(super) document: &'a Document,
     pub(super) buffers: &'a Buffers,
@@ -56,13 +56,13 @@ impl Images<'_> {
                 decode(bytes, Channel::Alpha)
             }
             (Some(uri), None) => decode(&load_uri(uri, self.folder)?, Channel::Alpha),
-            (None, None) => Err(Error::malformed(Place::Whole, "there is no image")),
+            (None, None) => Err(Error::malformed(Place::Whole, "missing image")),
         }
         .map_err(|error| at_place(error, &place().to_string()))
     }
 }
 
-/// Which set of texture coordinates the base colour takes.
+/// The set of texture coordinates of the base colour.
 pub(super) fn uv_set(material: &Material<'_>) -> u32 {
     let colour = material.pbr_metallic_roughness();
     colour.base_color_texture().map_or(0, |info| {

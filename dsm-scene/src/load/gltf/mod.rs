@@ -14,7 +14,7 @@ use gltf::{Document, Node, Primitive, Semantic};
 
 use self::buffers::{Buffers, unsigned};
 use self::material::{Images, uv_set};
-use super::{MOST_PRIMITIVES, extension, read_file};
+use super::{MAX_PRIMITIVES, extension, read_file};
 use crate::alpha::Alpha;
 use crate::error::{Error, Place, Result};
 use crate::mesh::TriangleMesh;
@@ -23,7 +23,7 @@ pub(super) fn load(path: &Path) -> Result<TriangleMesh> {
     let bytes = read_file(path)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     if extension(path).as_deref() == Some("glb") && !bytes.starts_with(b"glTF") {
-        return Err(Error::malformed(Place::Header, "not a GLB file: it begins with glTF"));
+        return Err(Error::malformed(Place::Header, "not a GLB file: must begin with glTF"));
     }
     parse(&bytes, folder)
 }
@@ -33,7 +33,7 @@ fn parse(bytes: &[u8], folder: &Path) -> Result<TriangleMesh> {
         // The parser subtracts the header's length from what the file states.
         let stated = bytes.get(8..12).map_or(0, unsigned);
         if stated < 20 || u64::from(stated) > bytes.len() as u64 {
-            let reason = format!("{} of {stated} bytes are there", bytes.len());
+            let reason = format!("truncated: {} of {stated} bytes", bytes.len());
             return Err(Error::malformed(Place::Header, reason));
         }
     }
@@ -44,7 +44,7 @@ fn parse(bytes: &[u8], folder: &Path) -> Result<TriangleMesh> {
     let primitives = json.meshes.iter().flat_map(|mesh| &mesh.primitives);
     let mut accessors = primitives.flat_map(|primitive| primitive.attributes.values());
     if let Some(index) = accessors.find(|index| index.value() >= json.accessors.len()) {
-        let reason = format!("there is no accessor {index}");
+        let reason = format!("no accessor {index}");
         return Err(Error::malformed(Place::Whole, reason));
     }
     let gltf = Document::from_json(json).map_err(broken)?;
@@ -61,7 +61,7 @@ fn parse(bytes: &[u8], folder: &Path) -> Result<TriangleMesh> {
     while let Some((node, parent)) = open.pop() {
         let place = || Place::Named(format!("node {}", node.index()));
         if std::mem::replace(&mut seen[node.index()], true) {
-            return Err(Error::malformed(place(), "it stands in the tree twice"));
+            return Err(Error::malformed(place(), "occurs twice in the tree"));
         }
         let world = parent * Mat4::from_cols_array_2d(&node.transform().matrix()).as_dmat4();
         if let Some(shape) = node.mesh() {
@@ -83,7 +83,7 @@ fn parse(bytes: &[u8], folder: &Path) -> Result<TriangleMesh> {
         .with_alphas(mesh.alphas, mesh.triangle_alphas)
 }
 
-/// The same error, with where it happened in front.
+/// The error with its place in front.
 fn at_place(error: Error, place: &str) -> Error {
     match error {
         Error::Malformed { place: Place::Whole, reason } => {
@@ -105,7 +105,7 @@ struct Collected {
     triangles: Vec<[u32; 3]>,
     triangle_alphas: Vec<u32>,
     alphas: Vec<Alpha>,
-    /// Which material became which of `alphas`.
+    /// Index into `alphas` by material.
     materials: HashMap<Option<usize>, u32>,
 }
 
@@ -143,13 +143,13 @@ impl Collected {
         if let Some(uvs) = uvs.filter(|_| textured) {
             let uvs = images.buffers.floats::<2>(&uvs)?;
             if uvs.len() != count {
-                let reason = "texture coordinates must be as many as vertices";
+                let reason = "texture coordinates must be one per vertex";
                 return Err(Error::malformed(Place::Whole, reason));
             }
             self.uvs.extend(uvs.into_iter().map(Vec2::from));
             self.has_uvs = true;
         } else if textured {
-            let reason = "its opacity needs texture coordinates, and there are none";
+            let reason = "its opacity texture needs texture coordinates";
             return Err(Error::malformed(Place::Whole, reason));
         }
         self.uvs.resize(self.positions.len(), Vec2::ZERO);
@@ -159,7 +159,7 @@ impl Collected {
             None => (0..count as u32).collect(),
         };
         if let Some(corner) = corners.iter().find(|&&corner| corner as usize >= count) {
-            let reason = format!("there is no vertex {corner}, only {count}");
+            let reason = format!("vertex {corner} is out of range: there are {count}");
             return Err(Error::malformed(Place::Whole, reason));
         }
         check_count("triangles", self.triangles.len(), corners.len())?;
@@ -180,8 +180,8 @@ impl Collected {
 
 fn check_count(what: &'static str, before: usize, more: usize) -> Result<()> {
     let count = before as u64 + more as u64;
-    if count > MOST_PRIMITIVES {
-        return Err(Error::TooLarge { what, count, limit: MOST_PRIMITIVES });
+    if count > MAX_PRIMITIVES {
+        return Err(Error::TooLarge { what, count, limit: MAX_PRIMITIVES });
     }
     Ok(())
 }

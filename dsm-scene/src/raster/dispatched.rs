@@ -1,21 +1,23 @@
-//! The work on primitives of one kind, with the instructions of this processor.
+//! Dispatch of the work on primitives of one kind by this processor's instruction
+//! set.
 
 use fearless_simd::{Level, dispatch};
 
 use super::bins::Bins;
+use super::cell_hits::CellHits;
 use super::cell_lists::CellLists;
 use super::cells::{Cell, CellArea};
-use super::found::Found;
 use super::kernel;
 use super::primitive::Primitive;
 use super::rays::Rays;
 use super::segment::RaySegment;
 use super::triangle::RayTriangle;
 
-/// What is compiled once for every level of instructions. These are plain
+/// A kind of primitive whose loops are compiled once for every level of instructions.
+/// These are plain
 /// functions for each kind, not generic ones: crates that link this one would
 /// compile those again.
-pub(super) trait Leveled: Primitive {
+pub(super) trait DispatchedPrimitive: Primitive {
     /// [`Bins::fill`].
     fn fill(
         level: Level,
@@ -35,12 +37,18 @@ pub(super) trait Leveled: Primitive {
     );
 
     /// [`kernel::meet`].
-    fn meet_all(level: Level, cell: &Cell, primitives: &[Self], items: &[u32], found: &mut Found);
+    fn meet_all(
+        level: Level,
+        cell: &Cell,
+        primitives: &[Self],
+        items: &[u32],
+        cell_hits: &mut CellHits,
+    );
 }
 
-macro_rules! leveled {
+macro_rules! dispatched {
     ($($primitive:ty),*) => {$(
-        impl Leveled for $primitive {
+        impl DispatchedPrimitive for $primitive {
             #[inline(never)]
             fn fill(
                 level: Level,
@@ -70,12 +78,12 @@ macro_rules! leveled {
                 cell: &Cell,
                 primitives: &[Self],
                 items: &[u32],
-                found: &mut Found,
+                cell_hits: &mut CellHits,
             ) {
-                dispatch!(level, simd => kernel::meet(simd, cell, primitives, items, found));
+                dispatch!(level, simd => kernel::meet(simd, cell, primitives, items, cell_hits));
             }
         }
     )*};
 }
 
-leveled!(RaySegment<1>, RaySegment<2>, RayTriangle<1>, RayTriangle<2>);
+dispatched!(RaySegment<1>, RaySegment<2>, RayTriangle<1>, RayTriangle<2>);

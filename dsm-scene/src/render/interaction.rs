@@ -1,24 +1,24 @@
-//! What a camera ray ends at.
+//! Interactions of camera rays with surfaces, strands and media.
 
 use dsm_core::{Ray, Rgb, Transmittance};
 use glam::DVec3;
 
-use crate::trace::{DensitySample, MetPlace, TracedScene, Tracer, scaled};
+use crate::trace::{DensitySample, HitGeometry, TracedScene, Tracer, scaled};
 
-/// Where a camera ray ends: one of all the places whose light it carries, each
-/// taken as often as its share of that light.
+/// The interaction that a camera ray ends with: one of all those whose light it
+/// carries, each sampled as often as its share of that light.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sight {
+pub(super) struct Interaction {
     pub(super) position: DVec3,
-    pub(super) matter: Matter,
-    /// What each channel's light is worth, for having been taken as often as
+    pub(super) material: Material,
+    /// The weight of each channel's light, for having been sampled as often as
     /// the mean of the channels: 1 where nothing has a colour.
-    pub(super) worth: [f64; 3],
+    pub(super) weight: [f64; 3],
 }
 
-/// What is seen there.
+/// The material of an interaction.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Matter {
+pub(super) enum Material {
     /// A surface; the unit normal is on the side that is seen.
     Surface { normal: DVec3 },
     /// A strand: the unit vector along it, and its radius. The position is in
@@ -28,56 +28,56 @@ pub(super) enum Matter {
     Medium,
 }
 
-/// Looks along camera rays.
-pub(super) struct Eye<'a> {
+/// A tracer of camera rays.
+pub(super) struct PathTracer<'a> {
     tracer: Tracer<'a>,
     is_coloured: bool,
 }
 
-impl<'a> Eye<'a> {
+impl<'a> PathTracer<'a> {
     pub(super) fn new(scene: &'a TracedScene) -> Self {
         Self { tracer: scene.tracer(), is_coloured: scene.is_coloured() }
     }
 
-    /// Where the ray ends; `None`: behind everything.
+    /// The interaction that the ray ends with; `None`: none.
     ///
     /// `surface` in [0, 1) tells how much of the surfaces' light it passes,
     /// `medium` gives such a number for every medium: evenly spread numbers
     /// take each place as often as its share.
     ///
-    /// Coloured matter scatters the part of the light that it blocks in all
+    /// Coloured material scatters the part of the light that it blocks in all
     /// channels, and swallows the rest: a red pane is not cyan from the front.
-    pub(super) fn look(
+    pub(super) fn interaction(
         &mut self,
         ray: &Ray,
         surface: f64,
         medium: impl FnMut() -> f64,
-    ) -> Option<Sight> {
-        let met = self.tracer.first_below(ray, 1.0 - surface);
+    ) -> Option<Interaction> {
+        let hit = self.tracer.first_below(ray, 1.0 - surface);
         let [near, far] = ray.range();
-        let before = ray.within(near, met.map_or(far, |met| met.t));
-        let (t, opacity, matter, position) = match self.first_in_media(&before, medium) {
-            Some((t, opacity)) => (t, opacity, Matter::Medium, ray.at(t)),
+        let before = ray.within(near, hit.map_or(far, |hit| hit.t));
+        let (t, opacity, material, position) = match self.first_in_media(&before, medium) {
+            Some((t, opacity)) => (t, opacity, Material::Medium, ray.at(t)),
             None => {
-                let met = met?;
-                let (matter, position) = match met.place {
-                    MetPlace::Surface { normal } => {
+                let hit = hit?;
+                let (material, position) = match hit.geometry {
+                    HitGeometry::Surface { normal } => {
                         let normal = normal.unwrap_or(-ray.direction().normalize());
                         let seen = if normal.dot(ray.direction()) > 0.0 { -normal } else { normal };
-                        (Matter::Surface { normal: seen }, ray.at(met.t))
+                        (Material::Surface { normal: seen }, ray.at(hit.t))
                     }
-                    MetPlace::Strand { middle, along, radius } => {
-                        (Matter::Strand { along, radius }, middle)
+                    HitGeometry::Strand { middle, along, radius } => {
+                        (Material::Strand { along, radius }, middle)
                     }
                 };
-                (met.t, met.opacity, matter, position)
+                (hit.t, hit.opacity, material, position)
             }
         };
-        let worth = self.worth(&ray.within(near, t), opacity);
-        Some(Sight { position, matter, worth })
+        let weight = self.weight(&ray.within(near, t), opacity);
+        Some(Interaction { position, material, weight })
     }
 
-    /// Where the ray ends in a medium, and that medium's colour.
+    /// The parameter at which the ray ends in a medium, and that medium's colour.
     fn first_in_media(&mut self, ray: &Ray, mut medium: impl FnMut() -> f64) -> Option<(f64, Rgb)> {
         let length = ray.direction().length();
         let mut first: Option<(f64, Rgb)> = None;
@@ -102,8 +102,8 @@ impl<'a> Eye<'a> {
         first
     }
 
-    /// What a place of this opacity at the end of the ray is worth.
-    fn worth(&mut self, ray: &Ray, opacity: Rgb) -> [f64; 3] {
+    /// The weight of an interaction of this opacity at the end of the ray.
+    fn weight(&mut self, ray: &Ray, opacity: Rgb) -> [f64; 3] {
         if !self.is_coloured {
             return [1.0; 3];
         }
@@ -112,13 +112,13 @@ impl<'a> Eye<'a> {
         let blocked: f32 = scaled(opacity, 1.0);
         let scattered = opacity.red.min(opacity.green).min(opacity.blue);
         left.to_sum().map(|left| {
-            let worth = left * f64::from(scattered) / (f64::from(mean) * f64::from(blocked));
-            if worth.is_finite() { worth } else { 0.0 }
+            let weight = left * f64::from(scattered) / (f64::from(mean) * f64::from(blocked));
+            if weight.is_finite() { weight } else { 0.0 }
         })
     }
 }
 
-/// Where along the samples the optical depth `left` is used up; else takes
+/// The t along the samples where the optical depth `left` is used up; else takes
 /// theirs off it. `scale` is optical depth per density and unit of t.
 fn depth_within(samples: &[DensitySample], scale: f64, left: &mut f64) -> Option<f64> {
     for pair in samples.windows(2) {

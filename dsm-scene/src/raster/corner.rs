@@ -1,4 +1,4 @@
-//! Corners that move evenly while the shutter is open.
+//! Linear motion of corners while the shutter is open.
 
 use fearless_simd::{Simd, SimdBase, f32x16};
 use glam::{DVec2, DVec3};
@@ -11,16 +11,16 @@ use super::rays::Rays;
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Corner {
     pub(super) place: [f32; 2],
-    /// What multiplies a ray to get to this depth: the depth in ray space, or 1
-    /// where rays are parallel.
+    /// The factor of a ray at this depth: the depth in ray space, or 1 where rays
+    /// are parallel.
     pub(super) factor: f32,
-    /// In camera space.
+    /// Depth in camera space.
     pub(super) depth: f32,
     pub(super) radius: f32,
 }
 
 impl Corner {
-    /// From a point in camera space.
+    /// The corner at a point in camera space.
     pub(super) fn new(rays: &Rays, point: DVec3, radius: f32) -> Self {
         let point = rays.point(point);
         Self {
@@ -109,7 +109,7 @@ impl<S: Simd> SeenCorner<S> {
         }
     }
 
-    /// From each ray to the corner, in its plane of constant depth.
+    /// The vectors from each ray to the corner, in its plane of constant depth.
     #[inline(always)]
     pub(super) fn beyond_rays(&self, lanes: &RayLanes<S>) -> [f32x16<S>; 2] {
         [

@@ -1,4 +1,4 @@
-//! What lies where a ray meets something.
+//! Geometry at the hit of a ray.
 
 use dsm_core::{Ray, Rgb};
 use glam::DVec3;
@@ -6,17 +6,17 @@ use glam::DVec3;
 use super::segment::SegmentTest;
 use crate::scene::{Object, Shape};
 
-/// A surface or a strand that a ray meets.
+/// An intersection of a ray with a surface or a strand.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Met {
+pub(crate) struct Intersection {
     pub(crate) t: f64,
     pub(crate) opacity: Rgb,
-    pub(crate) place: MetPlace,
+    pub(crate) geometry: HitGeometry,
 }
 
-/// What is met, in the world.
+/// The geometry at an intersection, in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum MetPlace {
+pub(crate) enum HitGeometry {
     /// A surface, with its unit normal to either side, if it has an area.
     Surface { normal: Option<DVec3> },
     /// A strand: the point in its middle, the unit vector along it, and its
@@ -24,8 +24,8 @@ pub(crate) enum MetPlace {
     Strand { middle: DVec3, along: DVec3, radius: f64 },
 }
 
-impl MetPlace {
-    /// Where the ray meets a primitive of the object.
+impl HitGeometry {
+    /// The geometry where the ray hits a primitive of the object.
     pub(super) fn of(object: &Object, primitive: u32, ray: &Ray) -> Self {
         let to_world = object.to_world(ray.time());
         match &*object.shape {
@@ -43,7 +43,7 @@ impl MetPlace {
                 });
                 let [(a, near_radius), (b, far_radius)] = ends;
                 // Rounding may take a ray at the rim past it.
-                let place = SegmentTest::new(ray).meeting(ends).map_or(0.5, |met| met.along);
+                let place = SegmentTest::new(ray).intersection(ends).map_or(0.5, |hit| hit.along);
                 Self::Strand {
                     middle: a + (b - a) * place,
                     along: (b - a).try_normalize().unwrap_or(DVec3::X),

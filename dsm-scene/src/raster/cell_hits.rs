@@ -1,4 +1,4 @@
-//! The hits of one cell.
+//! Hits of one cell.
 
 use dsm_core::{Result, TileHits, TileSamples, Transmittance};
 
@@ -6,21 +6,22 @@ use super::cells::LANES;
 use super::primitive::Primitive;
 use super::rays::Rays;
 
-/// Hits in columns, as they are found. Keeps its memory from cell to cell.
+/// The hits of a cell in columns, in the order of the primitives. Keeps its memory
+/// from cell to cell.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Found {
+pub(super) struct CellHits {
     /// Hits must lie behind this depth.
     pub(super) near: f32,
     pub(super) samples: Vec<u32>,
     pub(super) depths: Vec<f32>,
     pub(super) count: usize,
-    /// Whether `items` is kept.
+    /// True if `items` is kept.
     pub(super) keeps_items: bool,
     /// Each primitive that was met, and the count after it.
     pub(super) items: Vec<(u32, usize)>,
 }
 
-impl Found {
+impl CellHits {
     /// Forgets the hits and makes room for `vectors` vectors of them.
     #[inline(always)]
     pub(super) fn reset(&mut self, vectors: usize) {
@@ -33,13 +34,13 @@ impl Found {
         }
     }
 
-    /// Hands over the hits.
+    /// Adds the hits to `hits`.
     #[inline]
     pub(super) fn push<T: Transmittance>(&self, opacity: T, hits: &mut TileHits<T>) -> Result<()> {
         hits.push_surfaces(&self.samples[..self.count], &self.depths[..self.count], opacity)
     }
 
-    /// Hands over the hits, each with the normal of its primitive.
+    /// Adds the hits to `hits`, each with the normal of its primitive.
     pub(super) fn push_with_normals<T: Transmittance, P: Primitive>(
         &self,
         opacity: T,

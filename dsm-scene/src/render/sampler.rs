@@ -1,17 +1,17 @@
-//! Numbers that look random and are the same whoever asks.
+//! Reproducible random numbers of a camera sample.
 
 use dsm_core::random::{COMBINING_FACTOR, next_bits, unit};
 
-/// Numbers of one sample of one pixel: SplitMix64, whose state is hashed from
-/// what it is for.
+/// The random numbers of one sample of one pixel: SplitMix64, whose state is
+/// hashed from the seed and the pixel.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Numbers(u64);
+pub(super) struct Sampler(u64);
 
-impl Numbers {
+impl Sampler {
     pub(super) fn of(seed: u64, [x, y]: [u32; 2]) -> Self {
         let pixel = u64::from(x) | u64::from(y) << 32;
-        let mut numbers = Self(seed);
-        let bits = numbers.bits();
+        let mut sampler = Self(seed);
+        let bits = sampler.bits();
         Self(bits ^ pixel.wrapping_mul(COMBINING_FACTOR))
     }
 
