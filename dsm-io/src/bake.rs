@@ -19,7 +19,8 @@ use crate::pyramid::build::build_pyramid;
 use crate::pyramid::plan::PyramidOptions;
 use crate::pyramid::source::{PixelFunctions, PyramidSource, SourceTile};
 use crate::tile_id::TileId;
-use crate::writer::{MapWriter, WriteOptions};
+use crate::write_options::WriteOptions;
+use crate::writer::MapWriter;
 
 /// How a baked map is stored.
 #[derive(Clone, Copy, Debug, PartialEq)]

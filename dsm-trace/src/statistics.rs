@@ -9,10 +9,10 @@ pub struct TraceStatistics {
     pub rays: u64,
     /// Rays that leave the raster at the depths of the map: what stands outside
     /// is not known, and lets all light through.
-    pub leaving: u64,
+    pub rays_outside_map: u64,
     /// Rays of receivers that lie no deeper than the light, or at no place at
     /// all (NaN): lit.
-    pub beside: u64,
+    pub receivers_behind_light: u64,
 }
 
 /// [`TraceStatistics`] that any thread adds to.
@@ -22,23 +22,25 @@ pub struct TraceStatistics {
 /// use dsm_trace::detail::TraceCounters;
 ///
 /// let counters = TraceCounters::default();
-/// counters.add(TraceStatistics { rays: 256, leaving: 3, beside: 0 });
+/// counters.add(TraceStatistics { rays: 256, rays_outside_map: 3, receivers_behind_light: 0 });
 /// assert_eq!(counters.get().rays, 256);
 /// ```
 #[derive(Debug, Default)]
 pub struct TraceCounters {
     rays: AtomicU64,
-    leaving: AtomicU64,
-    beside: AtomicU64,
+    rays_outside_map: AtomicU64,
+    receivers_behind_light: AtomicU64,
 }
 
 impl TraceCounters {
     /// Adds what was counted elsewhere.
     pub fn add(&self, counted: TraceStatistics) {
-        let TraceStatistics { rays, leaving, beside } = counted;
-        for (counter, count) in
-            [(&self.rays, rays), (&self.leaving, leaving), (&self.beside, beside)]
-        {
+        let TraceStatistics { rays, rays_outside_map, receivers_behind_light } = counted;
+        for (counter, count) in [
+            (&self.rays, rays),
+            (&self.rays_outside_map, rays_outside_map),
+            (&self.receivers_behind_light, receivers_behind_light),
+        ] {
             if count > 0 {
                 counter.fetch_add(count, Ordering::Relaxed);
             }
@@ -50,8 +52,8 @@ impl TraceCounters {
     pub fn get(&self) -> TraceStatistics {
         TraceStatistics {
             rays: self.rays.load(Ordering::Relaxed),
-            leaving: self.leaving.load(Ordering::Relaxed),
-            beside: self.beside.load(Ordering::Relaxed),
+            rays_outside_map: self.rays_outside_map.load(Ordering::Relaxed),
+            receivers_behind_light: self.receivers_behind_light.load(Ordering::Relaxed),
         }
     }
 }

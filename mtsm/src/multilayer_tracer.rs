@@ -144,10 +144,10 @@ impl<M: TracedMap> MultilayerTracer<M> {
             self.frame.footprint(depth) + self.settings.depth_threshold
         });
         let is_deeper = self.frame.camera_point(receiver).z > self.frame.light_depth();
-        counted.beside += u64::from(!is_deeper);
+        counted.receivers_behind_light += u64::from(!is_deeper);
         let ray = self.frame.ray(receiver, light, start)?;
         let clip = ray.clip(self.frame.size(), self.range?);
-        counted.leaving += u64::from(clip.leaves);
+        counted.rays_outside_map += u64::from(clip.leaves);
         clip.ray
     }
 

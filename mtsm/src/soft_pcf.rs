@@ -132,13 +132,13 @@ impl<M: TracedMap> SoftPercentageCloser<M> {
         counted.rays += 1;
         let depth = self.frame.camera_point(receiver).z;
         let is_deeper = depth > self.frame.light_depth();
-        counted.beside += u64::from(!is_deeper);
+        counted.receivers_behind_light += u64::from(!is_deeper);
         let ray = self.frame.ray(receiver, light, 0.0)?;
         let nearest = self.nearest.filter(|&nearest| nearest >= ray.range()[0])?;
         let place = ray.at(nearest);
         let size = self.frame.size().map(f64::from);
         if !(0..2).all(|axis| (0.0..size[axis]).contains(&place[axis])) {
-            counted.leaving += 1;
+            counted.rays_outside_map += 1;
             return None;
         }
         let bias = self.bias.unwrap_or_else(|| self.frame.footprint(depth));

@@ -5,7 +5,6 @@ mod occluders;
 mod report;
 mod settings;
 
-pub use job::bake;
 pub(crate) use job::{Job, Seen};
 pub use occluders::{AnyHitSource, Occluders, SourceError, ThroughView};
 pub use report::BakeReport;

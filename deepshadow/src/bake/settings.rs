@@ -6,7 +6,7 @@ use dsm_core::{Filter, FilterShape, Tolerance};
 use dsm_io::{Attribute, Block, Codec, PyramidOptions};
 
 use crate::error::Result;
-use crate::kinds::Kind;
+use crate::kind::Kind;
 
 /// Whether a map keeps colours.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -158,15 +158,5 @@ impl Bake {
     pub fn with_attribute(mut self, name: &str, attribute: Attribute) -> Self {
         self.attributes.insert(name.to_owned(), attribute);
         self
-    }
-
-    /// Whether the kind has everything that was asked for.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Unsupported`](crate::Error::Unsupported) with what the kind does
-    /// not have.
-    pub fn check(&self) -> Result<()> {
-        self.kind.check(self)
     }
 }

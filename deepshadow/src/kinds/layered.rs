@@ -15,7 +15,7 @@ use mtsm::{
     TraceSettings, TracedMap,
 };
 
-use super::kind::refuse;
+use super::shadow_kind::refuse;
 use crate::bake::{Bake, Job};
 use crate::error::{Error, Result};
 use crate::query::{Method, Query};

@@ -12,7 +12,8 @@ use super::rows_ahead::{RowsAhead, Step};
 use super::slot::{Slot, evaluate_block, evaluate_run, take_clear, within};
 use crate::error::{Error, Result};
 use crate::format::level::Level;
-use crate::kind::{Deep, FieldKind, MapKind, MapTile};
+use crate::kind::{Deep, FieldKind, MapKind};
+use crate::map_tile::MapTile;
 use crate::tile_id::TileId;
 
 /// Slots of a cursor. They stand in lines of 16, or of as many as a level has
@@ -421,7 +422,8 @@ mod tests {
     use crate::limits::Limits;
     use crate::metadata::Metadata;
     use crate::reader::MapReader;
-    use crate::writer::{WriteOptions, write_map};
+    use crate::write_options::WriteOptions;
+    use crate::writer::write_map;
     use dsm_core::{DeepMap, MapInfo, PixelListsBuilder, Vertex};
 
     #[test]

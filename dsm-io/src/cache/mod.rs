@@ -12,6 +12,8 @@
 //! counts is then what is held, and a hit depends on no page of a file.
 
 pub(crate) mod cursor;
+mod cursors;
+mod key;
 mod load;
 pub(crate) mod map;
 mod rows_ahead;

@@ -6,6 +6,7 @@
 pub(crate) mod exact;
 mod packed;
 pub(crate) mod quantized;
+pub(crate) mod stored_tile;
 pub(crate) mod tile_columns;
 mod words;
 

@@ -6,10 +6,10 @@ use dsm_core::detail::PixelListsView;
 use dsm_core::{PixelLists, Transmittance};
 
 use super::packed::{Differences, pack, should_difference, unpack_planes, unshuffle};
+use super::stored_tile::StoredTile;
 use super::{Block, Codec, EncodedTile, words};
 use crate::error::{Error, Place, Result};
 use crate::format::directory::TileEntry;
-use crate::kind::StoredTile;
 
 /// A column of a tile of any kind of map.
 #[derive(Clone, Copy, Debug)]
@@ -291,5 +291,22 @@ impl<'a> ColumnReader<'a> {
     #[must_use]
     pub const fn refuse_pixel(&self, error: dsm_core::Error) -> Error {
         Error::Function { place: self.place, error }
+    }
+}
+
+impl<'a> StoredTile<'a> {
+    /// The columns of a tile of codec 0, unpacked.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unsupported`] for another codec or an unknown block, or what is
+    /// wrong with the payload.
+    pub fn columns(self) -> Result<ColumnReader<'a>> {
+        let place = self.place;
+        if Codec::from_tag(self.entry.codec) != Some(Codec::Exact) {
+            let what = format!("codec {}", self.entry.codec);
+            return Err(Error::Unsupported { place, what });
+        }
+        ColumnReader::new(self)
     }
 }

@@ -16,7 +16,8 @@ use crate::format::encoded_tile::EncodedTile;
 use crate::measured_pixels::MeasuredPixels;
 use crate::progress::tell;
 use crate::tile_id::TileId;
-use crate::writer::{MapWriter, WriteOptions};
+use crate::write_options::WriteOptions;
+use crate::writer::MapWriter;
 
 /// How a map is made from another file.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -10,7 +10,7 @@ use super::map_kind::MapKind;
 use super::pixel_contents::PixelContents;
 use super::reader::KindReader;
 use super::summary::MapSummary;
-use crate::any::AnyDeepMap;
+use crate::any_deep_map::AnyDeepMap;
 use crate::error::{Error, Result};
 use crate::format::container::Container;
 use crate::metadata::Metadata;

@@ -1,14 +1,16 @@
 //! Reads maps of any kind.
 
+use std::marker::PhantomData;
 use std::path::Path;
 
 use dsm_core::{DeepMap, Rgb, Transmittance};
 
 use super::map_kind::MapKind;
+use super::map_tiles::MapTiles;
 use super::pixel_contents::PixelContents;
-use super::stored_tile::StoredTile;
 use super::summary::MapSummary;
 use crate::achieved_error::AchievedError;
+use crate::codec::stored_tile::StoredTile;
 use crate::columns::Columns;
 use crate::crop::Crop;
 use crate::error::{Error, Place, Result, check_limit};
@@ -330,8 +332,8 @@ impl<K: MapKind> KindReader<K> {
     /// What is wrong with a tile.
     pub fn summary(&self) -> Result<MapSummary> {
         match self.metadata.channels {
-            1 => K::summary::<f32>(self),
-            _ => K::summary::<Rgb>(self),
+            1 => K::summary(&FinestTiles::<K, f32>::new(self)),
+            _ => K::summary(&FinestTiles::<K, Rgb>::new(self)),
         }
     }
 
@@ -354,5 +356,33 @@ impl<K: MapKind> KindReader<K> {
             (Some(stored), _) => K::verify::<T>(stored, &self.keys),
             (None, _) => Ok(()),
         }
+    }
+}
+
+/// Level 0 of a map with `T`'s channels.
+struct FinestTiles<'a, K: MapKind, T> {
+    map: &'a KindReader<K>,
+    channels: PhantomData<T>,
+}
+
+impl<'a, K: MapKind, T> FinestTiles<'a, K, T> {
+    const fn new(map: &'a KindReader<K>) -> Self {
+        Self { map, channels: PhantomData }
+    }
+}
+
+impl<K: MapKind, T: Transmittance> MapTiles for FinestTiles<'_, K, T> {
+    type Tile = K::Tile<T>;
+
+    fn metadata(&self) -> &Metadata {
+        self.map.metadata()
+    }
+
+    fn directory(&self) -> Result<&TileDirectory> {
+        self.map.directory(0)
+    }
+
+    fn for_each_tile(&self, visit: impl FnMut(TileRect, K::Tile<T>) -> Result<()>) -> Result<()> {
+        self.map.for_each_tile::<T>(0, visit)
     }
 }

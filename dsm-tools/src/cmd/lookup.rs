@@ -65,8 +65,8 @@ pub(crate) fn run(request: &Lookup) -> Result<()> {
                 rays: found.rays.map_or(0, |rays| rays.rays),
                 open_s,
                 lookup_s: time.as_secs_f64(),
-                rays_outside_map: found.rays.map(|rays| rays.leaving),
-                points_behind_light: found.rays.map(|rays| rays.beside),
+                rays_outside_map: found.rays.map(|rays| rays.rays_outside_map),
+                points_behind_light: found.rays.map(|rays| rays.receivers_behind_light),
                 far_table: found.far_table,
             };
             writeln!(io::stderr(), "{}", serde_json::to_string(&statistics)?)?;

@@ -66,7 +66,7 @@ fn layered_maps_are_baked_traced_and_filtered() {
         let answer = run!("lookup", map, "--points", points, "--rays", "16", "--stats");
         let statistics: Value = serde_json::from_str(&answer.stderr).unwrap();
         assert_eq!(statistics["rays"], 80);
-        assert_eq!(statistics["beside"], 16, "the NaN: {statistics}");
+        assert_eq!(statistics["points_behind_light"], 16, "the NaN: {statistics}");
         let threads = ["1", "3"]
             .map(|threads| run!("lookup", map, "--points", points, "--threads", threads).stdout());
         assert_eq!(threads[0], threads[1]);

@@ -78,7 +78,10 @@ fn bias_and_odd_receivers() {
     }
     assert_eq!(filter.visibility(DVec3::new(90.0, 0.0, -9.0), &light, 0), Ok(1.0));
     let counted = filter.statistics();
-    assert_eq!([counted.rays, counted.leaving, counted.beside], [6 * 256, 256, 3 * 256]);
+    assert_eq!(
+        [counted.rays, counted.rays_outside_map, counted.receivers_behind_light],
+        [6 * 256, 256, 3 * 256]
+    );
     let biased = filter.with_bias(0.2).unwrap();
     assert_eq!(biased.visibility(on_the_wall, &light, 0), Ok(1.0));
     // A pixel there is 2 · 2.1 / 7 wide or 2 · 2.1 / 5 high: more than 0.1.

@@ -172,7 +172,7 @@ fn receivers_that_cannot_be_answered_are_lit_and_counted() {
     let light = AreaLight::rectangle(DVec3::new(0.0, 0.0, -0.5), DVec3::X * 0.1, DVec3::Y * 0.1);
     let see = |receiver| tracer.visibility(receiver, &light, 3).unwrap();
     assert_eq!(see(DVec3::new(0.0, 0.0, -4.0)), 0.0);
-    assert_eq!(tracer.statistics().beside, 0);
+    assert_eq!(tracer.statistics().receivers_behind_light, 0);
     let lit = [
         DVec3::new(0.0, 0.0, -0.5),
         DVec3::new(0.0, 0.0, -0.25),
@@ -182,13 +182,13 @@ fn receivers_that_cannot_be_answered_are_lit_and_counted() {
     ];
     for (count, receiver) in (1..).zip(lit) {
         assert_eq!(see(receiver), 1.0, "{receiver}");
-        assert_eq!(tracer.statistics().beside, count * 256);
+        assert_eq!(tracer.statistics().receivers_behind_light, count * 256);
     }
     assert_eq!(tracer.statistics().rays, 6 * 256);
-    assert_eq!(tracer.statistics().leaving, 0);
+    assert_eq!(tracer.statistics().rays_outside_map, 0);
     // Beside the view, and a light larger than anything.
     assert_eq!(see(DVec3::new(100.0, 0.0, -4.0)), 1.0);
-    assert_eq!(tracer.statistics().leaving, 256);
+    assert_eq!(tracer.statistics().rays_outside_map, 256);
     let huge = AreaLight::disk(DVec3::new(0.0, 0.0, -0.5), DVec3::X * 1e9, DVec3::Y * 1e9);
     let seen = tracer.visibility(DVec3::new(0.0, 0.0, -4.0), &huge, 3).unwrap();
     assert!((0.9..=1.0).contains(&seen), "{seen}");

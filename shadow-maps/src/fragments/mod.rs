@@ -8,11 +8,13 @@ mod builder_oracle;
 #[cfg(test)]
 mod colours;
 mod columns;
+mod cone;
 mod far_table;
 mod fragment;
 mod frontier;
 mod groups;
 mod kernel;
+mod lane_count;
 mod lanes;
 mod large_pages;
 mod map;

@@ -285,7 +285,8 @@ fn odd_receivers_and_lights_are_lit_and_counted() {
     for receiver in lit {
         assert_eq!(tracer.visibility(receiver, &light, 0), Ok(1.0), "{receiver}");
     }
-    let beside = TraceStatistics { rays: 5 * 256, leaving: 0, beside: 5 * 256 };
+    let beside =
+        TraceStatistics { rays: 5 * 256, rays_outside_map: 0, receivers_behind_light: 5 * 256 };
     assert_eq!(tracer.statistics(), beside);
     let behind = DVec3::new(0.0, 0.0, -5.0);
     assert_eq!(tracer.visibility(behind, &light, 0), Ok(0.0));
@@ -298,7 +299,10 @@ fn odd_receivers_and_lights_are_lit_and_counted() {
     let Ok(value) = tracer.visibility(behind, &large, 0);
     assert!((0.0..=1.0).contains(&value));
     let statistics = tracer.statistics();
-    assert!(statistics.leaving > 200 && statistics.leaving <= 256, "{statistics:?}");
+    assert!(
+        statistics.rays_outside_map > 200 && statistics.rays_outside_map <= 256,
+        "{statistics:?}"
+    );
     // No fragments at all.
     let empty = FragmentColumns { offsets: vec![0; 65], ..FragmentColumns::default() };
     let empty = FragmentMap::<f32>::new(frame([8, 8], 0.0), empty).unwrap();

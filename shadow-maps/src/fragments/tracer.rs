@@ -15,15 +15,17 @@ use fearless_simd::{Level, Simd, SimdBase, dispatch, f32x16};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::cone::Cone;
 use super::far_table::FarTable;
 use super::fragment::Fragment;
 use super::frontier::{Frontier, whole};
 use super::kernel::{Stacks, Stage, trace};
+use super::lane_count::LANES;
 use super::lanes::Lanes;
 use super::map::FragmentMap;
 use super::packed::{PackedBuilder, PackedFragments};
 use super::packet::{Apex, Packet, Reach, Starts};
-use super::range_tree::{Cone, LANES, RangeTree};
+use super::range_tree::RangeTree;
 use super::store::{Fragments, frame_of};
 use super::umbra::is_blocked;
 
@@ -338,7 +340,7 @@ impl<T: Transmittance> FragmentTracer<T> {
         let mut sum = T::BLOCKED.to_sum();
         let mut counted = TraceStatistics { rays: lights.len() as u64, ..Default::default() };
         let Some(apex) = Apex::new(&self.frame, receiver) else {
-            self.counters.add(TraceStatistics { beside: counted.rays, ..counted });
+            self.counters.add(TraceStatistics { receivers_behind_light: counted.rays, ..counted });
             return T::CLEAR;
         };
         if lights.is_empty() {
@@ -348,7 +350,7 @@ impl<T: Transmittance> FragmentTracer<T> {
             let own = (&mut scratch.frontier, &mut scratch.stacks);
             let leaving =
                 dispatch!(self.level, simd => self.group(simd, &apex, group, own, &mut sum));
-            counted.leaving += u64::from(leaving);
+            counted.rays_outside_map += u64::from(leaving);
         }
         self.counters.add(counted);
         let share = (lights.len() as f64).recip();

@@ -3,9 +3,10 @@
 use dsm_core::Transmittance;
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x16};
 
+use super::cone::Cone;
 use super::kernel::{Stage, beyond};
 use super::packet::Reach;
-use super::range_tree::{Block, Cone, bits};
+use super::range_tree::{Block, bits};
 
 /// Room for rounding, in pixels, and as a share of u.
 const ROOM: f32 = 1e-3;

@@ -1,11 +1,6 @@
 //! How maps are opened.
 
-use std::path::Path;
-
 use dsm_io::{Limits, TileCache};
-
-use super::shadow_map::ShadowMap;
-use crate::error::Result;
 
 /// Bytes of tiles that are kept at hand unless another budget is set: the tiles of
 /// large maps come and go, and small ones stay whole.
@@ -24,8 +19,8 @@ const TILE_BYTES: u64 = 1 << 30;
 /// ```
 #[derive(Clone, Debug)]
 pub struct OpenOptions {
-    pub(super) cache: TileCache,
-    pub(super) limits: Limits,
+    pub(crate) cache: TileCache,
+    pub(crate) limits: Limits,
 }
 
 impl OpenOptions {
@@ -58,15 +53,6 @@ impl OpenOptions {
     #[must_use]
     pub const fn cache(&self) -> &TileCache {
         &self.cache
-    }
-
-    /// Opens a map.
-    ///
-    /// # Errors
-    ///
-    /// As [`ShadowMap::open`].
-    pub fn open(&self, path: impl AsRef<Path>) -> Result<ShadowMap> {
-        ShadowMap::open_with(path.as_ref(), self)
     }
 }
 

@@ -13,10 +13,10 @@ use dsm_io::{
 };
 use glam::DVec3;
 
-use super::open_map::OpenMap;
-use super::open_options::OpenOptions;
 use crate::error::{Error, Result};
-use crate::kinds::Kind;
+use crate::file::{OpenMap, OpenOptions};
+use crate::kind::Kind;
+use crate::kinds::implementation;
 use crate::query::{Method, Query};
 use crate::shadow::Shadow;
 use crate::values::Values;
@@ -61,14 +61,14 @@ impl ShadowMap {
         OpenOptions::new().open(path)
     }
 
-    pub(super) fn open_with(path: &Path, options: &OpenOptions) -> Result<Self> {
+    fn open_with(path: &Path, options: &OpenOptions) -> Result<Self> {
         let container = Container::open(path, &options.limits)?;
         let found = container.kind().map_err(|error| error.in_file(container.path()))?;
         let Some(kind) = Kind::named(&found) else {
             let error = FileError::Kind { found, wanted: "one that this program knows" };
             return Err(error.in_file(container.path()).into());
         };
-        Ok(Self { open: kind.open(container, options)?.into() })
+        Ok(Self { open: implementation(kind).open(container, options)?.into() })
     }
 
     fn file(&self) -> &dyn ErasedMap {
@@ -211,6 +211,17 @@ impl ShadowMap {
     /// As [`Self::contents`], and for more pixels than memory may hold.
     pub fn functions(&self, level: u32, pixels: TileRect) -> Result<Option<AnyDeepMap>> {
         Ok(self.file().functions(level, pixels)?)
+    }
+}
+
+impl OpenOptions {
+    /// Opens a map.
+    ///
+    /// # Errors
+    ///
+    /// As [`ShadowMap::open`].
+    pub fn open(&self, path: impl AsRef<Path>) -> Result<ShadowMap> {
+        ShadowMap::open_with(path.as_ref(), self)
     }
 }
 
