@@ -100,7 +100,7 @@ fn shadow<T: Transmittance>(
     let tracer = FragmentTracer::<T>::read(map.reader())?;
     let light = layered::light(query, map.reader(), tracer.frame())?;
     // Before the rest is set, so that map and light alone decide.
-    let tracer = match method.far_table {
+    let tracer = match method.far_table.unwrap_or_default() {
         FarTable::Auto => tracer.for_light(&light),
         FarTable::On => tracer.with_far_table(FragmentTracer::<T>::NEAR_CELLS),
         FarTable::Off => tracer,

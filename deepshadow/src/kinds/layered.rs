@@ -85,6 +85,10 @@ where
     let layers = Arc::new(CachedLayers::new(map.clone()));
     match method {
         Method::Trace(asked) => {
+            if asked.far_table.is_some() {
+                let reason = "--far-table is for maps of kind fragments";
+                return Err(Error::query(reader, reason));
+            }
             let default = TraceSettings::default();
             let settings = TraceSettings {
                 rule: asked.rule.unwrap_or(default.rule),

@@ -6,6 +6,7 @@ use clap::builder::RangedU64ValueParser;
 use clap::{Args, ValueEnum};
 use deepshadow::{Bias, FilterMethod, Footprint, LevelChoice, Method, PcfMethod, TraceMethod};
 
+use super::far_table::FarTableName;
 use super::filtering::{self, FilterName};
 use super::layer_rule::LayerFlags;
 use super::values::{self, Effort};
@@ -50,6 +51,11 @@ pub(crate) struct LookupFlags {
     light_size: Option<[f32; 2]>,
     #[command(flatten)]
     layers: LayerFlags,
+    /// Sums of optical depth in place of far fragments, for speed; auto: if a
+    /// trial on the map's receivers finds no difference that matters (trace, of
+    /// kind fragments) [default: auto]
+    #[arg(long, value_enum)]
+    far_table: Option<FarTableName>,
     /// Which points of the light are taken is a function of this and of the
     /// point's number (trace, pcf)
     #[arg(long, value_name = "N", default_value = "0")]
@@ -116,6 +122,7 @@ pub(crate) struct Lookup {
     /// Switches that were given, of rays and of filters.
     has_rays: bool,
     has_rules: bool,
+    has_far_table: bool,
     has_filter: bool,
     has_start_before_point: bool,
     pub(crate) stats: bool,
@@ -129,8 +136,9 @@ impl TryFrom<LookupFlags> for Lookup {
     fn try_from(flags: LookupFlags) -> Result<Self, String> {
         let LookupFlags { map, points, space, filter, width, level, bias, stats, effort, .. } =
             flags;
-        let LookupFlags { method, rays, light_size, layers, seed, quiet, .. } = flags;
+        let LookupFlags { method, rays, light_size, layers, far_table, seed, quiet, .. } = flags;
         let footprint = filtering::footprint(filter, width)?;
+        let trace = layers.set(with_start(TraceMethod::new(rays.unwrap_or(RAYS)), bias));
         let request = Self {
             map,
             points,
@@ -139,10 +147,11 @@ impl TryFrom<LookupFlags> for Lookup {
             light_size,
             seed,
             filter: FilterMethod { footprint, level, bias: Bias::Depth(bias.unwrap_or(0.0)) },
-            trace: layers.set(with_start(TraceMethod::new(rays.unwrap_or(RAYS)), bias)),
+            trace: far_table.map_or(trace, |table| trace.with_far_table(table.into())),
             pcf: PcfMethod::new(rays.unwrap_or(RAYS)).with_bias(bias.unwrap_or(0.0).into()),
             has_rays: rays.is_some() || light_size.is_some(),
             has_rules: layers.is_given(),
+            has_far_table: far_table.is_some(),
             has_filter: footprint != Footprint::Point || level != LevelChoice::FINEST,
             has_start_before_point: bias.is_some_and(|bias| bias < 0.0),
             stats,
@@ -176,6 +185,9 @@ impl Lookup {
         }
         if self.has_rules && method != MethodName::Trace {
             return Err(LayerFlags::NOT_TRACED.to_owned());
+        }
+        if self.has_far_table && method != MethodName::Trace {
+            return Err(FarTableName::NOT_TRACED.to_owned());
         }
         if self.has_filter && method != MethodName::Filter {
             return Err("--filter and --level are for --method filter".to_owned());

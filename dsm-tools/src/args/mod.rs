@@ -4,6 +4,7 @@ mod bake;
 mod convert;
 mod demo;
 mod diff;
+mod far_table;
 mod filtering;
 mod inspect;
 mod layer_rule;

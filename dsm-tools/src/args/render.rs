@@ -6,6 +6,7 @@ use clap::builder::RangedU64ValueParser;
 use clap::{Args, ValueEnum};
 use deepshadow::{Bias, FilterMethod, LevelChoice, Method as MapMethod, PcfMethod, TraceMethod};
 
+use super::far_table::FarTableName;
 use super::filtering::{self, FilterName};
 use super::layer_rule::LayerFlags;
 use super::values::{self, Effort, ImageFile, ImageFormat};
@@ -63,6 +64,11 @@ pub(crate) struct RenderFlags {
     light_size: Option<[f32; 2]>,
     #[command(flatten)]
     layers: LayerFlags,
+    /// Sums of optical depth in place of far fragments, for speed; auto: if a
+    /// trial on the map's receivers finds no difference that matters (trace, of
+    /// kind fragments) [default: auto]
+    #[arg(long, value_enum)]
+    far_table: Option<FarTableName>,
     /// Which pixels of the map are averaged around a point (filter)
     #[arg(long, value_enum, default_value = "tent")]
     filter: FilterName,
@@ -156,6 +162,9 @@ impl TryFrom<RenderFlags> for Render {
         if flags.layers.is_given() && flags.method != MethodName::Trace {
             return Err(LayerFlags::NOT_TRACED.to_owned());
         }
+        if flags.far_table.is_some() && flags.method != MethodName::Trace {
+            return Err(FarTableName::NOT_TRACED.to_owned());
+        }
         let method = match flags.method {
             MethodName::Filter => {
                 let footprint = filtering::footprint(filter, width)?;
@@ -168,6 +177,10 @@ impl TryFrom<RenderFlags> for Render {
                     }
                     Some(start) => TraceMethod::new(rays).with_start(start),
                     None => TraceMethod::new(rays),
+                };
+                let method = match flags.far_table {
+                    Some(table) => method.with_far_table(table.into()),
+                    None => method,
                 };
                 Method::Map { map, method: flags.layers.set(method).into() }
             }

@@ -134,6 +134,47 @@ fn fragments_are_baked_traced_and_shown() {
 }
 
 #[test]
+fn the_far_table_is_a_switch_of_traced_fragments() {
+    let folder = Folder::new();
+    let (scene, points, map) = (scene(&folder, "0.75"), points(&folder), folder.path("f.dsm"));
+    run!("bake", scene, "-o", map, "--kind", "fragments", "--resolution", "32").stdout();
+    let used = |value: &str| {
+        let answer = run!("lookup", map, "--points", points, "--far-table", value, "--stats");
+        let statistics: Value = serde_json::from_str(&answer.stderr).unwrap();
+        statistics["far_table"].as_bool()
+    };
+    assert_eq!((used("on"), used("off")), (Some(true), Some(false)));
+    // Two closed surfaces: the trial finds that sums would be wrong.
+    assert_eq!(used("auto"), Some(false));
+    let picture = folder.path("p.exr");
+    let trace = ["--method", "trace", "--samples", "1", "--rays", "4", "--far-table"];
+    let drawn = |value: &str, map: &PathBuf| {
+        let call = ["render", scene.to_str().unwrap(), "-o", picture.to_str().unwrap(), "--map"];
+        let map = map.to_str().unwrap();
+        let answer = crate::run::run(call.iter().chain([&map]).chain(&trace).chain([&value]));
+        (answer, std::fs::read(&picture).ok())
+    };
+    let pictures = ["on", "off"].map(|value| {
+        let (answer, picture) = drawn(value, &map);
+        answer.stdout();
+        picture
+    });
+    assert!(pictures[0].is_some() && pictures[0] != pictures[1]);
+    run!("lookup", map, "--points", points, "--method", "filter", "--far-table", "on")
+        .is_wrong_usage("--far-table is for --method trace");
+    for kind in ["layers", "mtsm"] {
+        run!("bake", scene, "-o", map, "--kind", kind, "--resolution", "16").stdout();
+        let refused = run!("lookup", map, "--points", points, "--far-table", "off");
+        assert!(refused.refusal().contains("--far-table is for maps of kind fragments"));
+        let (refused, _) = drawn("on", &map);
+        assert!(refused.refusal().contains("--far-table is for maps of kind fragments"));
+    }
+    let call = ["render", "builtin:smoke", "-o", picture.to_str().unwrap()];
+    let refused = crate::run::run(call.iter().chain(&trace).chain(&["auto"]));
+    assert!(refused.refusal().contains("this picture needs kind mtsm"));
+}
+
+#[test]
 fn inspect_shows_layers_runs_counts_and_the_pyramid() {
     let folder = Folder::new();
     let (scene, map) = (scene(&folder, "1.0"), folder.path("map.dsm"));
