@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let folder = tempfile::tempdir()?;
     let path = folder.path().join("pipes.dsm");
-    let fragments = Kind::named("fragments").ok_or("there is such a kind")?;
+    let fragments = Kind::FRAGMENTS;
     let settings = Bake::new([256, 256])?.with_kind(fragments);
     let report = bake(&scene, &scene.light, &settings, &path, |_| ControlFlow::Continue(()))?;
     println!("{} hits in {} bytes", report.hits, report.bytes);

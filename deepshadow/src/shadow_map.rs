@@ -24,7 +24,7 @@ use crate::values::Values;
 /// A shadow map in a file, of any kind and number of channels. Clones are the same
 /// map; any number of threads may use it.
 ///
-/// The file is mapped into memory and its tiles are read when they are asked for,
+/// The file is mapped into memory and its tiles are read when they are needed,
 /// through a cache ([`OpenOptions`]). A file that another process shortens
 /// meanwhile ends this one; see [`Container::open`].
 ///
@@ -132,8 +132,7 @@ impl ShadowMap {
         self.open.default_method()
     }
 
-    /// The shadows that `query` asks for, ready for any number of points. Of a map
-    /// of fragments this builds the tracer: O(fragments); of other kinds it reads
+    /// The shadows of `query`, ready for any number of points. Of a map of fragments this builds the tracer: O(fragments); of other kinds it reads
     /// no more than the depths of pixels.
     ///
     /// # Errors
@@ -144,7 +143,7 @@ impl ShadowMap {
         self.open.shadow(query)
     }
 
-    /// The shadow factors of points of the world: [`Self::shadow`], asked once.
+    /// The shadow factors of points of the world: [`Self::shadow`], queried once.
     ///
     /// # Errors
     ///

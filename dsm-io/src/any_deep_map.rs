@@ -21,7 +21,7 @@ impl AnyDeepMap {
         }
     }
 
-    /// What the map says of itself.
+    /// The map's camera, light, tolerance, samples, filter and windows.
     #[must_use]
     pub const fn info(&self) -> &MapInfo {
         match self {

@@ -1,4 +1,4 @@
-//! What the header says of a map: one JSON object.
+//! The metadata of a map: one JSON object in the header.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use serde::Deserialize;
 use crate::attribute::Attribute;
 use crate::error::{Error, Result};
 
-/// What a map says of itself.
+/// The metadata of a map: its size, channels, camera, light and free attributes.
 ///
 /// ```
 /// use dsm_io::{Attribute, Metadata};

@@ -2,15 +2,22 @@
 
 use crate::codec::{Block, Codec};
 
-/// How a map is written.
+/// Storage of a map: tile size, codec and packing.
+///
+/// ```
+/// use dsm_io::{Codec, WriteOptions};
+///
+/// let options = WriteOptions::default().with_tile_size(32).with_codec(Codec::Quantized);
+/// assert_eq!((options.tile_size, options.codec.name()), (32, "quantized"));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct WriteOptions {
     /// Width and height of a tile, in pixels. Default 64.
     pub tile_size: u32,
-    /// How a tile's columns are encoded. Default exact.
+    /// The encoding of a tile's columns. Default exact.
     pub codec: Codec,
-    /// How the encoded columns are packed. Default plain.
+    /// The packing of the encoded columns. Default plain.
     pub block: Block,
 }
 
@@ -21,19 +28,19 @@ impl Default for WriteOptions {
 }
 
 impl WriteOptions {
-    /// The same with tiles of `tile_size` × `tile_size` pixels.
+    /// Sets the width and height of tiles in pixels.
     #[must_use]
     pub const fn with_tile_size(self, tile_size: u32) -> Self {
         Self { tile_size, ..self }
     }
 
-    /// The same with columns encoded as `codec`.
+    /// Sets the encoding of columns.
     #[must_use]
     pub const fn with_codec(self, codec: Codec) -> Self {
         Self { codec, ..self }
     }
 
-    /// The same with tiles packed as `block`.
+    /// Sets the packing of tiles.
     #[must_use]
     pub const fn with_block(self, block: Block) -> Self {
         Self { block, ..self }

@@ -12,7 +12,7 @@ use super::report::BakeReport;
 use super::settings::{Bake, Channels};
 use crate::error::Result;
 
-/// What a kind of map bakes.
+/// A bake, as a kind of map sees it.
 pub(crate) struct Job<'a> {
     occluders: &'a dyn Occluders,
     pub(crate) light: &'a Light,

@@ -1,4 +1,4 @@
-//! From what a light sees to a map's file.
+//! Bakes: settings, occluders and reports.
 
 mod job;
 mod occluders;

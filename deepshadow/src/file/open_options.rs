@@ -1,4 +1,4 @@
-//! How maps are opened.
+//! Options of opening maps.
 
 use dsm_io::{Limits, TileCache};
 
@@ -6,8 +6,8 @@ use dsm_io::{Limits, TileCache};
 /// large maps come and go, and small ones stay whole.
 const TILE_BYTES: u64 = 1 << 30;
 
-/// Options of opening maps: the tile cache that they share, and what a file may
-/// ask for.
+/// Options of opening maps: the tile cache that they share, and the limits of
+/// what a file may require.
 ///
 /// ```no_run
 /// use deepshadow::OpenOptions;
@@ -43,7 +43,7 @@ impl OpenOptions {
         Self { cache, ..self }
     }
 
-    /// Sets what a file may ask for.
+    /// Sets the limits of what a file may require.
     #[must_use]
     pub fn with_limits(self, limits: Limits) -> Self {
         Self { limits, ..self }

@@ -1,4 +1,4 @@
-//! What kinds of map for area lights have in common.
+//! Helpers for kinds of map for area lights.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! What each kind of map implements.
+//! The trait that each kind of map implements.
 
 use std::path::Path;
 

@@ -121,8 +121,8 @@ impl<T: Transmittance, K: MapKind> LookupCursor<T, K> {
         self.size
     }
 
-    /// What `look` makes of a pixel: of the tile that holds it and of its row-major
-    /// index there. No tile: it is empty. O(1) besides, if the tile is held.
+    /// Calls `look` with the tile that holds a pixel and the pixel's row-major index
+    /// there, and returns its result. No tile: it is empty. O(1) besides, if the tile is held.
     ///
     /// # Errors
     ///

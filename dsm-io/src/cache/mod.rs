@@ -107,7 +107,7 @@ impl TileCache {
         CachedMap::new(reader, number, Arc::clone(&self.store))
     }
 
-    /// What the cache did and holds. Exact while no other thread uses it.
+    /// The counts of hits, misses and bytes. Exact while no other thread uses it.
     #[must_use]
     pub fn statistics(&self) -> CacheStatistics {
         self.store.statistics()

@@ -42,7 +42,7 @@ impl<'a> StoredTile<'a> {
         Ok((Some(Self { payload, entry, rect, place }), rect))
     }
 
-    /// What the directory says of the tile.
+    /// The tile's entry in the directory.
     #[must_use]
     pub const fn entry(&self) -> &TileEntry {
         self.entry
@@ -60,7 +60,7 @@ impl<'a> StoredTile<'a> {
         self.rect.pixel_count()
     }
 
-    /// Where the tile stands in its file.
+    /// The tile's place in its file.
     #[must_use]
     pub const fn place(&self) -> Place {
         self.place

@@ -176,19 +176,19 @@ impl<'a> ColumnReader<'a> {
         Ok(Self { rest, at: 0, is_packed, differences, entry, place })
     }
 
-    /// What the directory says of the tile.
+    /// The tile's entry in the directory.
     #[must_use]
     pub const fn entry(&self) -> &TileEntry {
         &self.entry
     }
 
-    /// Where the tile stands.
+    /// The tile's place in its file.
     #[must_use]
     pub const fn place(&self) -> Place {
         self.place
     }
 
-    /// How many words are left.
+    /// Number of words not read yet.
     #[must_use]
     pub fn words_left(&self) -> u64 {
         (self.rest.len() - self.at) as u64 / 4
@@ -281,13 +281,13 @@ impl<'a> ColumnReader<'a> {
         Ok(())
     }
 
-    /// What is wrong with the tile.
+    /// The error of a tile that breaks a rule.
     #[must_use]
     pub fn refuse(&self, reason: &'static str) -> Error {
         Error::invalid(self.place, reason)
     }
 
-    /// What is wrong with the tile's pixels.
+    /// The error of the tile's pixels.
     #[must_use]
     pub const fn refuse_pixel(&self, error: dsm_core::Error) -> Error {
         Error::Function { place: self.place, error }

@@ -22,7 +22,7 @@ use crate::tile::Tile;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Deep;
 
-/// What a deep map's metadata say besides: nothing.
+/// The keys that only deep maps have in their metadata: none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DeepKeys {}
 

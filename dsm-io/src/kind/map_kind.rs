@@ -1,4 +1,4 @@
-//! What a kind of map is.
+//! Kinds of map as traits.
 
 use std::fmt::Debug;
 use std::ops::Range;
@@ -127,8 +127,8 @@ pub trait MapKind: Debug + Send + Sync + Sized + 'static {
     }
 }
 
-/// A kind of map whose pixels can be asked how much light is left at a depth, so
-/// that its cursors are fields of filtered lookups.
+/// A kind of map whose pixels have a transmittance at every depth, so that its
+/// cursors are fields of filtered lookups.
 pub trait FieldKind: MapKind {
     /// What the pixels of a tile are asked through: the tile itself, or slices of
     /// its columns, which are found once for many pixels.

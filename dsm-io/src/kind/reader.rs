@@ -105,26 +105,26 @@ impl<K: MapKind> KindReader<K> {
         &self.container
     }
 
-    /// What the map says of itself. Of a crop: what it would as a map of its
-    /// own, its size and its window among the whole map's.
+    /// The map's metadata. Of a crop: those of a map of its own, with its size and
+    /// its window among the whole map's.
     #[must_use]
     pub const fn metadata(&self) -> &Metadata {
         &self.metadata
     }
 
-    /// What the map says of itself that only maps of its kind do.
+    /// The metadata keys that only maps of this kind have.
     #[must_use]
     pub const fn keys(&self) -> &K::Keys {
         &self.keys
     }
 
-    /// Which part of a map this is, if it is not a whole one.
+    /// The part of a map that the file holds, if not a whole one.
     #[must_use]
     pub fn crop(&self) -> Option<Crop> {
         self.whole.as_ref().map(|(crop, _)| *crop)
     }
 
-    /// What the whole map says of itself, as the file states it.
+    /// The whole map's metadata, as the file states them.
     #[must_use]
     pub fn whole_metadata(&self) -> &Metadata {
         self.whole.as_ref().map_or(&self.metadata, |(_, whole)| whole)
@@ -251,7 +251,7 @@ impl<K: MapKind> KindReader<K> {
         self.container.in_file(check())
     }
 
-    /// What is stored of a pixel. Reads one tile.
+    /// The stored numbers of a pixel. Reads one tile.
     ///
     /// # Errors
     ///
@@ -324,7 +324,7 @@ impl<K: MapKind> KindReader<K> {
         map.finish(rect.width, rect.height)
     }
 
-    /// What all tiles of the finest level hold together. O(vertices); holds one
+    /// Counts of the contents of all tiles of the finest level. O(vertices); holds one
     /// tile.
     ///
     /// # Errors

@@ -87,7 +87,7 @@ impl<K: MapKind> KindWriter<K> {
         self.container.levels()
     }
 
-    /// How tiles are encoded and packed, and the size of those of level 0.
+    /// The encoding and packing of tiles, and the size of those of level 0.
     #[must_use]
     pub const fn options(&self) -> &WriteOptions {
         &self.options

@@ -1,4 +1,4 @@
-//! What was typed, and what it asks for.
+//! The command line, parsed and checked.
 
 mod bake;
 mod convert;
@@ -56,8 +56,7 @@ enum Command {
     Verify(verify::VerifyFlags),
 }
 
-/// What the program was asked to do, with everything checked that can be
-/// without opening a file.
+/// A request, with everything checked that can be without opening a file.
 #[derive(Debug)]
 pub(crate) enum Request {
     Bake(Box<Bake>),

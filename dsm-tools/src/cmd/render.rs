@@ -28,7 +28,7 @@ const RESOLUTION: u32 = 512;
 const SAMPLES: u32 = 16;
 const TOLERANCE: f32 = 0.01;
 
-/// What `--json` prints.
+/// The JSON document.
 #[derive(Serialize)]
 struct Report<'a> {
     output: &'a Path,
@@ -51,9 +51,9 @@ struct Report<'a> {
 #[derive(Serialize)]
 struct BiasReport {
     rule: &'static str,
-    least: f32,
+    min: f32,
     mean: f32,
-    most: f32,
+    max: f32,
 }
 
 /// How far the picture is from another: of all its channels' values, less the
@@ -118,7 +118,7 @@ impl BiasReport {
             Bias::Auto => "auto",
             _ => "fixed",
         };
-        Some(Self { rule, least: biases.least as f32, mean, most: biases.most as f32 })
+        Some(Self { rule, min: biases.least as f32, mean, max: biases.most as f32 })
     }
 }
 
@@ -140,8 +140,8 @@ fn print(request: &Render, report: &Report<'_>) -> Result<()> {
                 report.map_s,
                 report.render_s,
             );
-            if let Some(BiasReport { rule, least, mean, most }) = report.bias {
-                lines += &format!("  bias {rule}: {least:.3e} to {most:.3e}, mean {mean:.3e}\n");
+            if let Some(BiasReport { rule, min, mean, max }) = report.bias {
+                lines += &format!("  bias {rule}: {min:.3e} to {max:.3e}, mean {mean:.3e}\n");
             }
         }
         if let Some(Difference { mean, standard_deviation, mean_absolute, rmse, max }) =

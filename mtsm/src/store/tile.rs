@@ -1,4 +1,4 @@
-//! What the tiles of both kinds share.
+//! Helpers for the tiles of both kinds.
 
 use dsm_core::Transmittance;
 use dsm_io::detail::MapTiles;

@@ -12,6 +12,7 @@ mod cone;
 mod far_table;
 mod fragment;
 mod frontier;
+mod group_occlusion;
 mod groups;
 mod kernel;
 mod lane_count;
@@ -25,7 +26,6 @@ mod packet;
 mod range_tree;
 mod store;
 mod tracer;
-mod umbra;
 mod visit_order;
 
 pub use builder::{FragmentBuilder, FragmentCounts};

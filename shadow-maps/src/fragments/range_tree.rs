@@ -18,12 +18,12 @@ const SLACK: f32 = 1.0 / 256.0;
 /// 16 × 16 and so on, up to one block.
 #[derive(Debug)]
 pub(crate) struct RangeTree {
-    levels: Vec<Level>,
+    levels: Vec<TreeLevel>,
 }
 
 /// Nodes of 4ⁿ pixels along the side, in blocks of 4 × 4.
 #[derive(Debug)]
-struct Level {
+struct TreeLevel {
     /// In blocks.
     size: [u32; 2],
     /// The least w of each node, and the greatest.
@@ -165,9 +165,9 @@ pub(crate) fn bits(mut set: u32) -> impl Iterator<Item = usize> {
 impl RangeTree {
     /// From the range of each pixel; `None` for empty ones.
     pub(crate) fn new(size: [u32; 2], range: impl Fn(u32, u32) -> Option<[f32; 2]>) -> Self {
-        let mut levels = vec![Level::new(size, range)];
+        let mut levels = vec![TreeLevel::new(size, range)];
         while let Some(below) = levels.last().filter(|level| level.size[0].max(level.size[1]) > 1) {
-            let level = Level::new(below.size, |x, y| {
+            let level = TreeLevel::new(below.size, |x, y| {
                 let block = (y * below.size[0] + x) as usize;
                 whole(&below.ranges[block])
             });
@@ -282,7 +282,7 @@ fn whole(block: &[[f32; LANES]; 2]) -> Option<[f32; 2]> {
     (low <= high).then_some([low, high])
 }
 
-impl Level {
+impl TreeLevel {
     fn new(nodes: [u32; 2], range: impl Fn(u32, u32) -> Option<[f32; 2]>) -> Self {
         let size = nodes.map(|side| side.div_ceil(SIDE).max(1));
         let blocks = size[0] as usize * size[1] as usize;
