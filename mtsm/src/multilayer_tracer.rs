@@ -114,7 +114,7 @@ type Sum<M> = <<M as Layers>::Value as Transmittance>::Sum;
 /// let tracer = MultilayerTracer::new(Arc::new(map), TraceSettings::default())?;
 /// let light = AreaLight::rectangle(DVec3::ZERO, DVec3::X * 0.5, DVec3::Y * 0.5);
 /// // Straight behind the edge, half of the light is seen.
-/// let half = tracer.visibility(DVec3::new(0.0, 0.0, -4.0), &light, 0)?;
+/// let Ok(half) = tracer.visibility(DVec3::new(0.0, 0.0, -4.0), &light, 0);
 /// assert!((half - 0.5).abs() < 0.05);
 /// # Ok::<(), Error>(())
 /// ```

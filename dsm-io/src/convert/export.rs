@@ -55,6 +55,7 @@ pub struct ExportReport {
 /// number of threads. On an error `output` is what it was before.
 ///
 /// ```no_run
+/// use dsm_core::Progress;
 /// use dsm_io::{ExportOptions, Limits, MapSource, export_deep_exr};
 ///
 /// let mut map = MapSource::open("shadow.dsm".as_ref(), None, &Limits::default())?;
