@@ -3,6 +3,8 @@
 //!
 //! `cargo run --release -p deepshadow --example area_light`
 
+#![expect(clippy::print_stdout, reason = "an example prints")]
+
 use std::error::Error;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -22,7 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let folder = tempfile::tempdir()?;
     let path = folder.path().join("pipes.dsm");
-    let fragments = Kind::named("fragments").ok_or("there is such a kind")?;
+    let fragments = Kind::FRAGMENTS;
     let settings = Bake::new([256, 256])?.with_kind(fragments);
     let report = bake(&scene, &scene.light, &settings, &path, |_| ControlFlow::Continue(()))?;
     println!("{} hits in {} bytes", report.hits, report.bytes);
@@ -37,10 +39,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         (0..60).map(|step| DVec3::new(0.1 * f64::from(step) - 3.0, 0.0, -0.7)).collect();
     let (traced, truth) = (shadow.query(&points)?, reference.query(&points)?);
     let mut squares = 0.0;
-    for point in 0..points.len() {
-        let (have, want) = (traced.rgb(point)[0], truth.rgb(point)[0]);
-        if point % 6 == 0 {
-            println!("x {:+.1}: {have:.3}, rays through the scene {want:.3}", points[point].x);
+    for (index, point) in points.iter().enumerate() {
+        let (have, want) = (traced.rgb(index)[0], truth.rgb(index)[0]);
+        if index % 6 == 0 {
+            println!("x {:+.1}: {have:.3}, rays through the scene {want:.3}", point.x);
         }
         squares += f64::from(have - want).powi(2);
     }

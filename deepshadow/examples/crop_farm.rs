@@ -3,6 +3,8 @@
 //!
 //! `cargo run -p deepshadow --example crop_farm`
 
+#![expect(clippy::print_stdout, reason = "an example prints")]
+
 use std::error::Error;
 use std::fs;
 use std::ops::ControlFlow;

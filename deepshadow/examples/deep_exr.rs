@@ -3,6 +3,8 @@
 //!
 //! `cargo run -p deepshadow --example deep_exr`
 
+#![expect(clippy::print_stdout, reason = "an example prints")]
+
 use std::error::Error;
 use std::path::Path;
 

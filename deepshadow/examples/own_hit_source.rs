@@ -1,6 +1,8 @@
-//! A renderer's own hits become a shadow map, and a point of the world is asked.
+//! A renderer's own hits become a shadow map, and a point of the world is queried.
 //!
 //! `cargo run -p deepshadow --example own_hit_source`
+
+#![expect(clippy::print_stdout, reason = "an example prints")]
 
 use std::error::Error;
 use std::ops::ControlFlow;

@@ -2,6 +2,8 @@
 //!
 //! `cargo run -p deepshadow --example renderer_threads`
 
+#![expect(clippy::print_stdout, reason = "an example prints")]
+
 use std::error::Error;
 use std::ops::ControlFlow;
 use std::thread;

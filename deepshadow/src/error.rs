@@ -1,4 +1,4 @@
-//! What can go wrong.
+//! Errors of the front door.
 
 use std::path::{Path, PathBuf};
 
@@ -25,13 +25,13 @@ pub enum Error {
     Query {
         /// The map's file.
         path: PathBuf,
-        /// What is missing, and what would mend it.
+        /// The reason, and a remedy.
         reason: String,
     },
-    /// A bake was asked for what its kind does not have.
+    /// Settings that the kind of map does not have.
     #[error("{0}")]
     Unsupported(String),
-    /// What a bake looks at could not tell its hits.
+    /// An error of the occluders of a bake.
     #[error(transparent)]
     Occluders(Box<dyn std::error::Error + Send + Sync>),
     /// The caller's progress function broke it off.

@@ -15,9 +15,9 @@ use dsm_core::Transmittance;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Values {
-    /// Of a map with one channel.
+    /// Values of a map with one channel.
     Mono(Vec<f32>),
-    /// Of a map with three: red, green and blue.
+    /// Values of a map with three channels: red, green and blue.
     Rgb(Vec<[f32; 3]>),
 }
 
@@ -36,7 +36,7 @@ impl Values {
         }
     }
 
-    /// Whether there are no points.
+    /// True if there are no points.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.len() == 0

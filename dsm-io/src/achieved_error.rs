@@ -14,7 +14,7 @@ impl AchievedError {
     /// No error at all.
     pub const NONE: Self = Self { max: 0.0, mean: 0.0 };
 
-    /// How far `max` may pass a stated tolerance: the chord error that curved
+    /// Slack of `max` over a stated tolerance: the chord error that curved
     /// stretches have at tolerance 0 (5e-7), and the rounding of values near
     /// 1 to `f32`.
     pub const SLACK: f32 = 1e-6;
@@ -31,7 +31,7 @@ impl AchievedError {
         Self { max: up(max), mean: up(mean.min(max)) }
     }
 
-    /// Whether the error keeps to a stated tolerance.
+    /// True if the error keeps to a stated tolerance.
     #[must_use]
     pub fn is_within(self, tolerance: f32) -> bool {
         self.max <= tolerance + Self::SLACK

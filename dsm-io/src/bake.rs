@@ -1,4 +1,4 @@
-//! From a baker to a file.
+//! Bakes of deep maps into files.
 
 use std::ops::{ControlFlow, Range};
 use std::path::Path;
@@ -19,15 +19,24 @@ use crate::pyramid::build::build_pyramid;
 use crate::pyramid::plan::PyramidOptions;
 use crate::pyramid::source::{PixelFunctions, PyramidSource, SourceTile};
 use crate::tile_id::TileId;
-use crate::writer::{MapWriter, WriteOptions};
+use crate::write_options::WriteOptions;
+use crate::writer::MapWriter;
 
-/// How a baked map is stored.
+/// Storage of a baked map: codec, packing and mip levels.
+///
+/// ```
+/// use dsm_io::{BakeOptions, Codec, PyramidOptions};
+///
+/// let options =
+///     BakeOptions::default().with_codec(Codec::Quantized).with_pyramid(Some(PyramidOptions::default()));
+/// assert!(options.pyramid.is_some());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct BakeOptions {
-    /// How a tile's columns are encoded. Default exact.
+    /// The encoding of a tile's columns. Default exact.
     pub codec: Codec,
-    /// How the encoded columns are packed. Default zstd.
+    /// The packing of the encoded columns. Default zstd.
     pub block: Block,
     /// The mip levels to bake as well. Default none.
     pub pyramid: Option<PyramidOptions>,
@@ -40,30 +49,31 @@ impl Default for BakeOptions {
 }
 
 impl BakeOptions {
-    /// The same with tiles packed as `block`.
+    /// Sets the packing of tiles.
     #[must_use]
     pub const fn with_block(self, block: Block) -> Self {
         Self { block, ..self }
     }
 
-    /// The same with tiles encoded as `codec`.
+    /// Sets the encoding of tiles.
     #[must_use]
     pub const fn with_codec(self, codec: Codec) -> Self {
         Self { codec, ..self }
     }
 
-    /// The same with these mip levels.
+    /// Sets the mip levels; `None` bakes level 0 alone.
     #[must_use]
     pub const fn with_pyramid(self, pyramid: Option<PyramidOptions>) -> Self {
         Self { pyramid, ..self }
     }
 }
 
-/// What a bake of a map of any kind made.
+/// Counts of a bake of any kind of map, and the length of its file, as [`bake`]
+/// reports them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BakeReport {
-    /// Hits of all samples, of those on the borders of tiles that a wide
-    /// filter asks for again too.
+    /// Hits of all samples, with those on the borders of tiles that a wide
+    /// filter samples again.
     pub hits: u64,
     /// Pixels of which layers were left out, because they had too many: of kinds
     /// that bound them.
@@ -92,6 +102,27 @@ pub struct BakeReport {
 /// threads. Memory: that of [`Baker::run`] or of [`build_pyramid`], which holds
 /// the uncompressed functions of 4 tiles a thread. On an error `output` is
 /// what it was before.
+///
+/// ```
+/// use std::ops::ControlFlow;
+///
+/// use dsm_core::{BakeSettings, Baker, Error, RayHits, RaySource, SamplePoint, SurfaceHit};
+/// use dsm_io::{BakeOptions, Codec, Limits, MapReader, bake};
+///
+/// // A pane at depth 2 that takes half of the light.
+/// let source = RaySource(|_: SamplePoint, ray: &mut RayHits<f32>| -> Result<(), Error> {
+///     ray.push_surface(SurfaceHit { depth: 2.0, opacity: 0.5 })
+/// });
+/// let baker = Baker::new(source, BakeSettings::new([8, 8])?)?;
+/// let folder = tempfile::tempdir()?;
+/// let path = folder.path().join("pane.dsm");
+/// let options = BakeOptions::default().with_codec(Codec::Exact);
+/// let report = bake(&baker, &path, &options, |_| (), |_| ControlFlow::Continue(()))?;
+/// assert_eq!(report.bytes, std::fs::metadata(&path)?.len());
+/// let map = MapReader::open(&path, &Limits::default())?.read_map::<f32>(0)?;
+/// assert_eq!(map.pixel(4, 4).at(3.0), 0.5);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// # Errors
 ///

@@ -1,4 +1,4 @@
-//! What can be wrong with a file, and where in it.
+//! Errors of files, with the place in the file.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -21,9 +21,9 @@ pub enum Place {
     SectionTable,
     /// A section.
     Section {
-        /// Its index in the table.
+        /// The section's index in the table.
         index: u32,
-        /// What it holds.
+        /// The section's kind.
         kind: SectionKind,
     },
     /// A level's record, by its index.
@@ -32,9 +32,9 @@ pub enum Place {
     Entry(TileId),
     /// A tile's payload.
     Tile {
-        /// Which tile.
+        /// The tile.
         id: TileId,
-        /// Where its payload begins in the file, in bytes.
+        /// The offset of its payload in the file, in bytes.
         offset: u64,
     },
     /// These bytes of the file.
@@ -79,15 +79,15 @@ impl fmt::Display for Place {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// What went wrong with this file.
+    /// An error, with the file it concerns.
     #[error(transparent)]
     File(InFile<Error>),
     /// The operating system refused.
     #[error("cannot {action}")]
     Io {
-        /// What was tried.
+        /// The operation that failed.
         action: &'static str,
-        /// Its answer.
+        /// The operating system's error.
         #[source]
         error: io::Error,
     },
@@ -106,9 +106,9 @@ pub enum Error {
     /// The file uses something that must be understood and is not.
     #[error("{place}: {what} is unknown to this program and required to read the file")]
     Unsupported {
-        /// Where it is used.
+        /// The place that uses it.
         place: Place,
-        /// What it is.
+        /// The unsupported feature.
         what: String,
     },
     /// The file is shorter than it says.
@@ -130,7 +130,7 @@ pub enum Error {
     /// Stored bytes are not the ones that were written.
     #[error("{place}: checksum {computed:08x}, but {stored:08x} was written")]
     Checksum {
-        /// Where.
+        /// The place in the file.
         place: Place,
         /// The checksum that is stored.
         stored: u32,
@@ -140,15 +140,15 @@ pub enum Error {
     /// Something that the format does not allow.
     #[error("{place}: {reason}")]
     Invalid {
-        /// Where.
+        /// The place in the file.
         place: Place,
-        /// Which rule it breaks.
+        /// The broken rule.
         reason: Cow<'static, str>,
     },
     /// An OpenEXR file that cannot be read or written.
     #[error(transparent)]
     DeepExr(#[from] deep_exr::Error),
-    /// What a bake looks at could not answer.
+    /// An error of the hit source of a bake.
     #[error(transparent)]
     HitSource(Box<dyn std::error::Error + Send + Sync>),
     /// The caller broke it off.
@@ -165,26 +165,26 @@ pub enum Error {
     Bound {
         /// The map's tolerance.
         stated: f32,
-        /// Where it is furthest off, and by how much.
+        /// The pixel with the largest error, and that error.
         worst: WorstPixel,
     },
     /// Pixels that are no visibility functions.
     #[error("{place}")]
     Function {
-        /// Where.
+        /// The place in the file.
         place: Place,
-        /// Which pixel, and what is wrong with it.
+        /// The pixel's number and the error of its function.
         #[source]
         error: dsm_core::Error,
     },
     /// More than [`Limits`](crate::limits::Limits) allow.
     #[error("{what}: {count} is more than the limit of {limit}")]
     Limit {
-        /// What there is too much of.
+        /// The limited quantity.
         what: &'static str,
-        /// How many there are.
+        /// The number found.
         count: u64,
-        /// How many there may be.
+        /// The number allowed.
         limit: u64,
     },
     /// Metadata that does not say what it must.
@@ -196,17 +196,17 @@ pub enum Error {
     /// A map of another kind.
     #[error("a map of kind \"{found}\", not {wanted}")]
     Kind {
-        /// What the metadata name.
+        /// The kind in the file.
         found: String,
-        /// What was asked for.
+        /// The kind that was expected.
         wanted: &'static str,
     },
-    /// A mono map was asked for colours, or a coloured one for one channel.
+    /// A query of a mono map for colours, or of a coloured map for one channel.
     #[error("the map has {channels} channel(s), not {asked}")]
     Channels {
         /// The map's number of channels.
         channels: u8,
-        /// The number that was asked for.
+        /// The number of the query.
         asked: u8,
     },
     /// No such level.
@@ -224,7 +224,7 @@ pub enum Error {
     /// A tile that was written before.
     #[error("{0} was written before")]
     WrittenTwice(TileId),
-    /// What went wrong with a tile that several threads waited for: each gets
+    /// The error of a tile that several threads waited for: each gets
     /// this one error.
     #[error(transparent)]
     Shared(Arc<Error>),
@@ -232,15 +232,15 @@ pub enum Error {
     /// written as.
     #[error("{id}: {rule}")]
     Tile {
-        /// Which tile.
+        /// The tile.
         id: TileId,
-        /// What it does not keep to.
+        /// The broken rule.
         rule: Cow<'static, str>,
     },
     /// A setting that is out of range, or has no use here.
     #[error("{0}")]
     Setting(Cow<'static, str>),
-    /// Maps, or a map and what is asked of it, that do not go together.
+    /// Maps, or a map and a query, that do not go together.
     #[error("{0}")]
     Mismatch(Cow<'static, str>),
     /// A path that nothing can be read from or written to.

@@ -4,12 +4,13 @@
 //! has; `docs/format/dsm-1.md` is the format's definition. [`MapWriter`]
 //! writes one, tile by tile, and [`MapReader`] reads it, in place where it
 //! can; [`TileCache`] keeps the tiles of many maps at hand for lookups; [`mip`]
-//! gives a map the levels of a pyramid. [`Container`] and [`ContainerWriter`] do
+//! gives a map the levels of a pyramid. [`Container`] and [`detail::ContainerWriter`] do
 //! the same for maps of any kind: they know sections and tiles, not what those
 //! mean.
 
 mod achieved_error;
-mod any;
+mod any_cached_map;
+mod any_deep_map;
 mod attribute;
 mod bake;
 mod blocks;
@@ -22,6 +23,7 @@ mod error;
 mod format;
 mod kind;
 mod limits;
+mod map_tile;
 mod measured_pixels;
 mod merge;
 mod metadata;
@@ -35,13 +37,14 @@ mod source;
 mod tile;
 mod tile_id;
 mod worst_pixel;
+mod write_options;
 mod writer;
 
 /// Deep OpenEXR images, whose types the options of an export and the readers
 /// of [`MapSource`] are.
 pub use deep_exr;
 
-pub use any::AnyDeepMap;
+pub use any_deep_map::AnyDeepMap;
 pub use attribute::Attribute;
 pub use bake::{BakeOptions, BakeReport, bake};
 pub use cache::TileCache;
@@ -68,17 +71,19 @@ pub use pyramid::stored::mip;
 pub use reader::MapReader;
 pub use source::Source;
 pub use tile_id::TileRect;
-pub use writer::{MapWriter, WriteOptions, write_map};
+pub use write_options::WriteOptions;
+pub use writer::{MapWriter, write_map};
 
 /// Parts that the other crates of this family stand on. They may change with any
 /// version.
 #[doc(hidden)]
 pub mod detail {
     pub use crate::achieved_error::AchievedError;
-    pub use crate::any::AnyCachedMap;
+    pub use crate::any_cached_map::AnyCachedMap;
     pub use crate::cache::cursor::LookupCursor;
     pub use crate::cache::shadow::CursorPool;
     pub use crate::cache::tile::CachedTile;
+    pub use crate::codec::stored_tile::StoredTile;
     pub use crate::codec::tile_columns::{ColumnReader, TileColumn};
     pub use crate::crop::Crop;
     pub use crate::format::atomic_file::{check_output, replace_file};
@@ -86,9 +91,10 @@ pub mod detail {
     pub use crate::format::encoded_tile::EncodedTile;
     pub use crate::format::write::ContainerWriter;
     pub use crate::kind::{
-        Deep, DeepKeys, ErasedMap, FieldKind, KindReader, KindWriter, MapTile, PixelValue,
-        StoredTile, SummaryValue,
+        Deep, DeepKeys, ErasedMap, FieldKind, KindReader, KindWriter, MapTiles, PixelValue,
+        SummaryValue,
     };
+    pub use crate::map_tile::MapTile;
     pub use crate::pyramid::build::build_pyramid;
     pub use crate::pyramid::source::{PixelFunctions, PyramidSource, SourceTile};
     pub use crate::row_order::RowOrder;

@@ -1,6 +1,6 @@
-//! What a reader accepts before it gives up on a file.
+//! Limits of what a reader accepts of a file.
 
-/// Upper limits on the memory and the parts that a map's file may ask for.
+/// Upper limits on the memory and the parts that a map's file may require.
 ///
 /// A reader compares each stated size with its limit, and with what a file of
 /// that length can hold, before it allocates. Production files stay far below
@@ -31,7 +31,7 @@ pub struct Limits {
     /// Bytes of a file or of a map's level that is read into memory. Default
     /// 16 GiB.
     pub max_in_memory_bytes: u64,
-    /// What an OpenEXR image may ask for that is converted.
+    /// The limits of OpenEXR images that are converted.
     pub images: deep_exr::Limits,
 }
 

@@ -1,15 +1,14 @@
-//! What the header says of a map: one JSON object.
+//! The metadata of a map: one JSON object in the header.
 
 use std::collections::BTreeMap;
 
 use dsm_core::MapInfo;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 use crate::attribute::Attribute;
 use crate::error::{Error, Result};
-use crate::kind::{Deep, DeepKeys, MapKind};
 
-/// What a map says of itself.
+/// The metadata of a map: its size, channels, camera, light and free attributes.
 ///
 /// ```
 /// use dsm_io::{Attribute, Metadata};
@@ -37,24 +36,6 @@ pub struct Metadata {
     pub attributes: BTreeMap<String, Attribute>,
 }
 
-/// The object as it is written.
-#[derive(Serialize)]
-struct Written<'a, E> {
-    kind: &'a str,
-    /// None: 1.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    kind_version: Option<u32>,
-    width: u32,
-    height: u32,
-    channels: u8,
-    #[serde(flatten)]
-    info: &'a MapInfo,
-    software: &'a str,
-    attributes: &'a BTreeMap<String, Attribute>,
-    #[serde(flatten)]
-    keys: &'a E,
-}
-
 /// The object without the map's info. That is read in a pass of its own:
 /// `flatten` would take its floats through `f64`, which rounds them twice.
 #[derive(Deserialize)]
@@ -76,73 +57,6 @@ impl Metadata {
         Self { width, height, channels, info, software, attributes: BTreeMap::new() }
     }
 
-    /// The JSON object, in one fixed order of keys.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Metadata`] if the metadata breaks a rule of the format.
-    pub fn to_json(&self) -> Result<Vec<u8>> {
-        self.to_json_of::<Deep>(&DeepKeys {})
-    }
-
-    /// The JSON object of a map of another kind, with the kind's own keys behind
-    /// those that every kind has.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::to_json`].
-    pub fn to_json_of<K: MapKind>(&self, keys: &K::Keys) -> Result<Vec<u8>> {
-        self.check()?;
-        let Self { width, height, channels, info, software, attributes } = self;
-        let written = Written {
-            kind: K::NAME,
-            kind_version: (K::VERSION > 1).then_some(K::VERSION),
-            width: *width,
-            height: *height,
-            channels: *channels,
-            info,
-            software,
-            attributes,
-            keys,
-        };
-        serde_json::to_vec(&written).map_err(json_error)
-    }
-
-    /// Reads the JSON object. Unknown keys are skipped: a later minor version
-    /// may have added them.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Kind`] for another kind of map; [`Error::Metadata`] if a key
-    /// is missing, has the wrong type or breaks a rule.
-    pub fn from_json(json: &[u8]) -> Result<Self> {
-        Self::check_kind::<Deep>(json)?;
-        Self::from_json_of_any_kind(json)
-    }
-
-    /// Refuses the JSON object of another kind of map, or of a version of `K`
-    /// that is not known.
-    pub(crate) fn check_kind<K: MapKind>(json: &[u8]) -> Result<()> {
-        // Only a map of this kind must have the other keys.
-        #[derive(Deserialize)]
-        struct Kind {
-            kind: String,
-            kind_version: Option<u32>,
-        }
-        let Kind { kind, kind_version } = serde_json::from_slice(json).map_err(json_error)?;
-        if kind != K::NAME {
-            return Err(Error::Kind { found: kind, wanted: K::TITLE });
-        }
-        match kind_version.unwrap_or(1) {
-            0 => Err(Error::Metadata("the version of a kind is at least 1".to_owned())),
-            version if version > K::VERSION => Err(Error::Metadata(format!(
-                "version {version} of kind \"{kind}\"; this program reads up to {}",
-                K::VERSION
-            ))),
-            _ => Ok(()),
-        }
-    }
-
     /// Reads the JSON object of a map of any kind; the keys that only that kind
     /// has are skipped.
     ///
@@ -150,15 +64,16 @@ impl Metadata {
     ///
     /// [`Error::Metadata`] as [`Self::from_json`].
     pub fn from_json_of_any_kind(json: &[u8]) -> Result<Self> {
-        let info = serde_json::from_slice(json).map_err(json_error)?;
+        let info = serde_json::from_slice(json).map_err(Error::Json)?;
         let Read { width, height, channels, software, attributes } =
-            serde_json::from_slice(json).map_err(json_error)?;
+            serde_json::from_slice(json).map_err(Error::Json)?;
         let metadata = Self { width, height, channels, info, software, attributes };
         metadata.check()?;
         Ok(metadata)
     }
 
-    fn check(&self) -> Result<()> {
+    /// Refuses metadata that break a rule of every kind.
+    pub(crate) fn check(&self) -> Result<()> {
         let refuse = |reason: &str| Err(Error::Metadata(reason.to_owned()));
         if ![1, 3].contains(&self.channels) {
             return refuse("channels must be 1 or 3");
@@ -186,8 +101,4 @@ impl Metadata {
         }
         Ok(())
     }
-}
-
-fn json_error(error: serde_json::Error) -> Error {
-    Error::Json(error)
 }

@@ -1,4 +1,4 @@
-//! What callers are told of long work.
+//! Progress of long work.
 
 use std::ops::ControlFlow;
 

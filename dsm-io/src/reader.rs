@@ -2,11 +2,13 @@
 
 use dsm_core::{DeepMap, PixelLists, Transmittance};
 
+use crate::any_deep_map::AnyDeepMap;
 use crate::codec::Block;
+use crate::codec::stored_tile::StoredTile;
 use crate::columns::Columns;
 use crate::error::Result;
 use crate::format::level::Level;
-use crate::kind::{Deep, KindReader, StoredTile};
+use crate::kind::{Deep, KindReader};
 use crate::tile::Tile;
 use crate::tile_id::TileId;
 
@@ -87,5 +89,20 @@ impl KindReader<Deep> {
             }
         }
         map.finish(level.width, level.height)
+    }
+}
+
+impl AnyDeepMap {
+    /// Reads a level of a map.
+    ///
+    /// # Errors
+    ///
+    /// As [`MapReader::read_map`].
+    pub fn read(reader: &MapReader, level: u32) -> Result<Self> {
+        if reader.metadata().channels == 1 {
+            reader.read_map(level).map(Self::Mono)
+        } else {
+            reader.read_map(level).map(Self::Rgb)
+        }
     }
 }

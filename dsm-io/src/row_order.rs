@@ -1,6 +1,6 @@
 //! Tiles that come row by row, into pixels that do.
 
-use crate::kind::MapTile;
+use crate::map_tile::MapTile;
 
 /// Collects the tiles of a map, a row of them at a time, and hands their pixels
 /// on in the order of the map.

@@ -1,4 +1,4 @@
-//! What sections are called.
+//! Names of sections.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! Which tile, and which pixels it covers.
+//! Names of tiles, and the pixels they cover.
 
 use std::fmt;
 
@@ -28,6 +28,12 @@ impl fmt::Display for TileId {
 }
 
 /// The pixels of its level that a tile covers.
+///
+/// ```
+/// use dsm_io::TileRect;
+///
+/// assert_eq!(TileRect { x: 64, y: 0, width: 36, height: 50 }.pixel_count(), 1800);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TileRect {
     /// First column.

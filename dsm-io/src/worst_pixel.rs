@@ -1,6 +1,6 @@
 //! A place in a map.
 
-/// Where two maps differ the most.
+/// The pixel, depth and channel at which two maps differ the most.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WorstPixel {
     /// Index of the level; of an image 0.

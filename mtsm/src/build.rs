@@ -1,5 +1,5 @@
-//! From what a shadow camera sees to the tiles of a multilayer transparent
-//! shadow map (Xie, Tabellion & Pearce 2007, §5.1).
+//! Bakes of the tiles of multilayer transparent shadow maps (Xie, Tabellion &
+//! Pearce 2007, §5.1).
 
 use std::ops::{ControlFlow, Range};
 use std::sync::{Mutex, PoisonError};
@@ -32,6 +32,20 @@ use crate::run_builder::RunBuilder;
 /// compression removes are added to the layer behind them.
 ///
 /// **Cost.** O(runs · h log h) for the h hits under a pixel's filter.
+///
+/// ```
+/// use dsm_core::{Error, RayHits, RaySource, SamplePoint, SurfaceHit};
+/// use mtsm::{MultilayerBaker, MultilayerSettings};
+///
+/// // Behind an opaque leaf, a second run holds the wall.
+/// let source = RaySource(|_: SamplePoint, ray: &mut RayHits<f32>| -> Result<(), Error> {
+///     ray.push_surface(SurfaceHit { depth: 2.0, opacity: 1.0 })?;
+///     ray.push_surface(SurfaceHit { depth: 5.0, opacity: 1.0 })
+/// });
+/// let map = MultilayerBaker::new(source, MultilayerSettings::new([4, 4])?)?.map()?;
+/// assert_eq!(map.pixels().runs(0).len(), 2);
+/// # Ok::<(), Error>(())
+/// ```
 #[derive(Debug)]
 pub struct MultilayerBaker<T: Transmittance, S> {
     baker: Baker<T, S>,
@@ -52,7 +66,7 @@ pub struct BakedLayers<P> {
     pub max_error: f64,
     /// The mean of the pixels' mean errors.
     pub mean_error: f64,
-    /// How many surfaces and stretches of media its samples met.
+    /// Number of surfaces and stretches of media that its samples met.
     pub hits: u64,
     /// Pixels of which layers were left out, because they had too many.
     pub cut_pixels: u64,
@@ -82,7 +96,7 @@ impl<T: Transmittance, S: HitSource<T>> MultilayerBaker<T, S> {
         &self.settings
     }
 
-    /// What the map says of itself.
+    /// The metadata of the map.
     #[must_use]
     pub fn info(&self) -> LayeredInfo {
         self.settings.info(self.baker.info())

@@ -195,7 +195,7 @@ impl<T: Transmittance> DepthLayers<T> {
         }
     }
 
-    /// Where each pixel's layers start, and the end.
+    /// The index of each pixel's first layer, and the end.
     #[must_use]
     pub fn starts(&self) -> &[u32] {
         &self.starts
@@ -232,7 +232,7 @@ impl<T: Transmittance> MultilayerDepthMap<T> {
         Self { info, pixels }
     }
 
-    /// What the map says of itself.
+    /// The metadata of the map.
     #[must_use]
     pub const fn info(&self) -> &LayeredInfo {
         &self.info

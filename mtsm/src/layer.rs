@@ -10,7 +10,7 @@ pub struct Layer<T> {
     pub depth: f32,
     /// The fraction of light left behind it, within its run.
     pub visibility: T,
-    /// How many samples lie behind the layer before it, up to this one.
+    /// Number of samples behind the layer before it, up to this one.
     pub count: u32,
 }
 
@@ -58,7 +58,7 @@ impl<'a, T: Transmittance> LayerRun<'a, T> {
         self.counts.len()
     }
 
-    /// Whether there are no layers.
+    /// True if there are no layers.
     #[must_use]
     pub const fn is_empty(self) -> bool {
         self.counts.is_empty()
@@ -80,7 +80,7 @@ impl<'a, T: Transmittance> LayerRun<'a, T> {
         (0..self.len()).map(move |index| self.layer(index))
     }
 
-    /// Whether nothing gets past the run.
+    /// True if no light gets past the run.
     #[must_use]
     pub fn is_opaque(self) -> bool {
         self.function.last() == T::BLOCKED

@@ -193,7 +193,7 @@ impl<T: Transmittance> LayeredPixels<T> {
         }
     }
 
-    /// Where each pixel's runs start, and the end.
+    /// The index of each pixel's first run, and the end.
     #[must_use]
     pub fn run_starts(&self) -> &[u32] {
         &self.run_starts

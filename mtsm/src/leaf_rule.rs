@@ -1,11 +1,11 @@
-//! What a shadow ray loses at the layers of a pixel (Xie, Tabellion & Pearce
+//! The light that a shadow ray loses at the layers of a pixel (Xie, Tabellion & Pearce
 //! 2007, §5.2 and §6.1).
 
 use dsm_core::{SurfaceHit, Transmittance};
 
 use crate::layer::LayerRun;
 
-/// How a layer that counts several samples is taken apart again.
+/// The rule by which a layer that counts several samples is split.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LeafRule {

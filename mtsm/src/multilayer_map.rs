@@ -41,7 +41,7 @@ impl<T: Transmittance> MultilayerMap<T> {
         Self { info, pixels }
     }
 
-    /// What the map says of itself.
+    /// The metadata of the map.
     #[must_use]
     pub const fn info(&self) -> &LayeredInfo {
         &self.info

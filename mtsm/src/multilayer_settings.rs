@@ -1,9 +1,9 @@
-//! What a bake of a layered map is asked for.
+//! Settings of bakes of layered maps.
 
 use dsm_core::{BakeSettings, Error, MapInfo, Result, Tolerance};
 use dsm_trace::detail::Layering;
 
-/// How a layered map is sampled and built.
+/// Settings of a bake of a layered map: sampling, layers and resets.
 ///
 /// ```
 /// use dsm_core::{BakeSettings, PixelSampling};
@@ -20,10 +20,10 @@ use dsm_trace::detail::Layering;
 pub struct MultilayerSettings {
     /// Size, tiles, samples, filter, tolerance and camera.
     pub bake: BakeSettings,
-    /// How often the light that is left of a pixel is set to 1 again after it
-    /// has come to 0 (Xie, Tabellion & Pearce 2007, §5.1).
+    /// The maximum number of resets of a pixel: its visibility starts again at 1
+    /// after it has come to 0 (Xie, Tabellion & Pearce 2007, §5.1).
     pub resets: u32,
-    /// The most layers of a pixel at which its light falls, at least 1: the
+    /// The maximum number of layers of a pixel at which its visibility falls, 1 or more: the
     /// nearest are kept. The paper's maps have 5; hair needs more.
     pub max_layers: u32,
     /// The depth of the light's centre, where the camera was moved back from it
@@ -32,13 +32,13 @@ pub struct MultilayerSettings {
 }
 
 impl MultilayerSettings {
-    /// The tolerance of layered maps unless another is asked for.
+    /// The default tolerance of layered maps.
     pub const TOLERANCE: f32 = 0.02;
 
-    /// The most layers of a pixel unless another number is asked for.
+    /// The default maximum number of layers of a pixel.
     pub const MAX_LAYERS: u32 = 32;
 
-    /// The resets unless another number is asked for.
+    /// The default maximum number of resets.
     pub const RESETS: u32 = 4;
 
     /// A map of `size` pixels from one ray through each pixel's centre, with 4
@@ -84,11 +84,11 @@ impl MultilayerSettings {
     }
 }
 
-/// What a layered map says of itself, besides its pixels.
+/// The metadata of a layered map.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LayeredInfo {
     /// Camera, light, tolerance, samples, filter and windows.
     pub map: MapInfo,
-    /// How the layers were chosen.
+    /// The choice of the layers.
     pub layering: Layering,
 }

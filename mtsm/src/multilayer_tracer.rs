@@ -14,16 +14,23 @@ use crate::leaf_rule::{Interval, LeafRule, RayLight};
 use crate::traced_map::sealed::{Layers, PixelReader};
 use crate::traced_map::{TracedMap, map_frame};
 
-/// How a map of layers is traced.
+/// Settings of tracing a map of layers.
+///
+/// ```
+/// use mtsm::{LeafRule, TraceSettings};
+///
+/// let settings = TraceSettings { rays: 64, ..TraceSettings::default() };
+/// assert_eq!((settings.rule, settings.start), (LeafRule::Ratio, None));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TraceSettings {
-    /// How layers that count several samples are taken apart.
+    /// The rule by which layers that count several samples are split.
     pub rule: LeafRule,
-    /// How far a sample reaches in depth to either side, in scene units: the
+    /// The reach of a sample in depth to either side, in scene units: the
     /// constant *z* threshold of §6.1. 0, the default, meets samples where they
     /// are, each in one pixel of the ray at most.
     pub depth_threshold: f64,
-    /// The length at the receiver's end of a ray that meets nothing, in scene
+    /// The ray offset: the length at the receiver's end that meets nothing, in scene
     /// units. None, the default: the side of a pixel at the receiver's depth, and
     /// the threshold. Layers know a pixel's depth at its centre only, and so a
     /// lit surface needs as much not to shade itself.
@@ -76,6 +83,41 @@ type Sum<M> = <<M as Layers>::Value as Transmittance>::Sum;
 /// finite, is lit; so is a ray where it leaves the map
 /// ([`Self::statistics`] counts both). Lights may be of any size: what the map
 /// does not show of one casts no shadow.
+///
+/// ```
+/// use std::sync::Arc;
+///
+/// use dsm_core::{AreaLight, Error, LightVisibility, RayHits, RaySource, SamplePoint, SurfaceHit};
+/// use glam::DVec3;
+/// use mtsm::{MultilayerBaker, MultilayerSettings, MultilayerTracer, TraceSettings};
+///
+/// # let to_ndc = glam::DMat4::from_cols(
+/// #     glam::DVec4::new(0.5, 0.0, 0.0, 0.0),
+/// #     glam::DVec4::new(0.0, -0.5, 0.0, 0.0),
+/// #     glam::DVec4::new(-0.5, -0.5, -1.0, -1.0),
+/// #     glam::DVec4::ZERO,
+/// # );
+/// # let camera = dsm_core::ShadowCamera {
+/// #     world_to_camera: Some(glam::DMat4::IDENTITY),
+/// #     world_to_ndc: Some(to_ndc),
+/// # };
+/// // An opaque half plane at depth 2, right of the camera's axis.
+/// let source = RaySource(|point: SamplePoint, ray: &mut RayHits<f32>| -> Result<(), Error> {
+///     if point.x > 32.0 {
+///         ray.push_surface(SurfaceHit { depth: 2.0, opacity: 1.0 })?;
+///     }
+///     Ok(())
+/// });
+/// let mut settings = MultilayerSettings::new([64, 64])?;
+/// settings.bake.camera = Some(camera);
+/// let map = MultilayerBaker::new(source, settings)?.map()?;
+/// let tracer = MultilayerTracer::new(Arc::new(map), TraceSettings::default())?;
+/// let light = AreaLight::rectangle(DVec3::ZERO, DVec3::X * 0.5, DVec3::Y * 0.5);
+/// // Straight behind the edge, half of the light is seen.
+/// let Ok(half) = tracer.visibility(DVec3::new(0.0, 0.0, -4.0), &light, 0);
+/// assert!((half - 0.5).abs() < 0.05);
+/// # Ok::<(), Error>(())
+/// ```
 #[derive(Debug)]
 pub struct MultilayerTracer<M> {
     map: Arc<M>,
@@ -125,7 +167,7 @@ impl<M: TracedMap> MultilayerTracer<M> {
         &self.pyramid
     }
 
-    /// What was asked so far.
+    /// Counts of the rays traced so far.
     #[must_use]
     pub fn statistics(&self) -> TraceStatistics {
         self.counters.get()
@@ -175,7 +217,7 @@ impl<M: TracedMap> MultilayerTracer<M> {
         failed.map_or(Ok(left.left), Err)
     }
 
-    /// What [`OcclusionTracer::transmittance`] answers, by a walk through every
+    /// The result of [`OcclusionTracer::transmittance`], by a walk through every
     /// pixel that the ray crosses, one sample after the other, to its end: what
     /// the tracer is checked against. O(pixels of the map).
     ///

@@ -1,4 +1,4 @@
-//! From what a pixel's rays meet to its runs of layers (Xie, Tabellion & Pearce
+//! The runs of layers of a pixel's rays (Xie, Tabellion & Pearce
 //! 2007, §5.1).
 
 use dsm_core::detail::{

@@ -12,7 +12,13 @@ use crate::layers_of_pixel::PixelLayers;
 use crate::traced_map::sealed::PixelReader;
 use crate::traced_map::{TracedMap, map_frame};
 
-/// Which layers of a pixel shade.
+/// The layers of a pixel that shade.
+///
+/// ```
+/// use mtsm::FilteredLayers;
+///
+/// assert_ne!(FilteredLayers::All, FilteredLayers::Shallowest);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FilteredLayers {
@@ -63,7 +69,7 @@ impl<M: TracedMap> SoftPercentageCloser<M> {
         Ok(Self { map, frame, nearest, layers, taps: 256, bias: Some(0.0), counters })
     }
 
-    /// The same with another number of taps.
+    /// Sets the number of taps.
     ///
     /// # Errors
     ///
@@ -76,8 +82,7 @@ impl<M: TracedMap> SoftPercentageCloser<M> {
         Ok(Self { taps, ..self })
     }
 
-    /// The same with a bias, which is taken off the receiver's depth, in scene
-    /// units.
+    /// Sets the depth bias, in scene units.
     ///
     /// # Errors
     ///
@@ -89,7 +94,7 @@ impl<M: TracedMap> SoftPercentageCloser<M> {
         Ok(Self { bias: Some(bias), ..self })
     }
 
-    /// The same with the side of a pixel at the receiver's depth for a bias.
+    /// Sets the depth bias to the side of a pixel at the receiver's depth.
     #[must_use]
     pub fn with_pixel_bias(self) -> Self {
         Self { bias: None, ..self }
@@ -101,7 +106,7 @@ impl<M: TracedMap> SoftPercentageCloser<M> {
         &self.frame
     }
 
-    /// What was asked so far; rays are taps.
+    /// Counts of the taps so far, as rays.
     #[must_use]
     pub fn statistics(&self) -> TraceStatistics {
         self.counters.get()

@@ -21,7 +21,7 @@ pub(crate) mod sealed {
 
     use crate::layers_of_pixel::PixelLayers;
 
-    /// A map whose pixels are asked one by one.
+    /// A map whose pixels are read one by one.
     pub trait Layers: Send + Sync {
         /// Mono or coloured.
         type Value: Transmittance;

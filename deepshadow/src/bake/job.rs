@@ -1,7 +1,6 @@
 //! One bake.
 
 use std::ops::ControlFlow;
-use std::path::Path;
 
 use dsm_core::detail::LightExtent;
 use dsm_core::{Progress, Rgb, Tolerance, Transmittance, ViewRaster};
@@ -11,44 +10,9 @@ use dsm_scene::Light;
 use super::occluders::{AnyHitSource, Occluders};
 use super::report::BakeReport;
 use super::settings::{Bake, Channels};
-use crate::error::{Error, Result};
+use crate::error::Result;
 
-/// Bakes what `light` sees of `occluders` into a file that replaces `output`, if
-/// there is one. `watch` is told before every tile how far the bake has come, from
-/// any thread, and may break it off.
-///
-/// Of an area light the kinds that are traced are baked from behind it. The same
-/// arguments give the same bytes, whatever the number of threads. On an error
-/// `output` is what it was before.
-///
-/// # Errors
-///
-/// [`Error::Unsupported`] for settings that the kind does not have,
-/// [`Error::Occluders`] with what a source says, [`Error::Interrupted`] if `watch`
-/// broke it off; else what keeps the map from being made or written.
-pub fn bake(
-    occluders: &dyn Occluders,
-    light: &Light,
-    settings: &Bake,
-    output: &Path,
-    watch: impl Fn(Progress) -> ControlFlow<()> + Sync,
-) -> Result<BakeReport> {
-    settings.check()?;
-    let coloured = match settings.channels {
-        Channels::Auto => occluders.is_coloured(),
-        Channels::Mono => false,
-        Channels::Rgb => true,
-    };
-    let extent = light.area()?.extent();
-    let job = Job { occluders, light, extent, settings, coloured, watch: &watch };
-    settings.kind.bake(&job, output).map_err(|error| match error {
-        Error::File(dsm_io::Error::Interrupted) => Error::Interrupted,
-        Error::File(dsm_io::Error::HitSource(error)) => Error::Occluders(error),
-        error => error,
-    })
-}
-
-/// What a kind of map bakes.
+/// A bake, as a kind of map sees it.
 pub(crate) struct Job<'a> {
     occluders: &'a dyn Occluders,
     pub(crate) light: &'a Light,
@@ -62,6 +26,24 @@ pub(crate) struct Job<'a> {
 pub(crate) enum Seen<'a> {
     Mono(AnyHitSource<'a, f32>),
     Rgb(AnyHitSource<'a, Rgb>),
+}
+
+impl<'a> Job<'a> {
+    /// A bake of what `light` sees of `occluders`.
+    pub(crate) fn new(
+        occluders: &'a dyn Occluders,
+        light: &'a Light,
+        settings: &'a Bake,
+        watch: &'a (dyn Fn(Progress) -> ControlFlow<()> + Sync),
+    ) -> Result<Self> {
+        let coloured = match settings.channels {
+            Channels::Auto => occluders.is_coloured(),
+            Channels::Mono => false,
+            Channels::Rgb => true,
+        };
+        let extent = light.area()?.extent();
+        Ok(Self { occluders, light, extent, settings, coloured, watch })
+    }
 }
 
 impl Job<'_> {

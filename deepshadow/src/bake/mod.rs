@@ -1,11 +1,10 @@
-//! From what a light sees to a map's file.
+//! Bakes: settings, occluders and reports.
 
 mod job;
 mod occluders;
 mod report;
 mod settings;
 
-pub use job::bake;
 pub(crate) use job::{Job, Seen};
 pub use occluders::{AnyHitSource, Occluders, SourceError, ThroughView};
 pub use report::BakeReport;

@@ -1,4 +1,4 @@
-//! What a bake looks at.
+//! Occluders: the matter between a light and the world.
 
 use std::fmt;
 
@@ -95,8 +95,8 @@ where
 /// each.
 ///
 /// ```
-/// use deepshadow::{ThroughView, bake, Bake};
-/// use deepshadow::scene::{Light, LightOutline, Projection, View, ViewRaster};
+/// use deepshadow::{Bake, Projection, ThroughView, View, ViewRaster, bake};
+/// use deepshadow::scene::{Light, LightOutline};
 /// use deepshadow::glam::DVec3;
 /// use dsm_core::{Error, RayHits, RaySource, SamplePoint, SurfaceHit};
 ///

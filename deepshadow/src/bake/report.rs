@@ -1,13 +1,28 @@
-//! What a bake tells of itself.
+//! Reports of bakes.
 
 /// The counts of a bake.
+///
+/// ```
+/// use deepshadow::{Bake, bake};
+/// use std::ops::ControlFlow;
+///
+/// let scene = deepshadow::scene::builtin_scene("spinning-sphere")?;
+/// let folder = tempfile::tempdir()?;
+/// let (path, settings) = (folder.path().join("map.dsm"), Bake::new([16, 16])?);
+/// let report = bake(&scene, &scene.light, &settings.with_samples(4), &path, |_| {
+///     ControlFlow::Continue(())
+/// })?;
+/// assert_eq!(report.samples, 16 * 16 * 4);
+/// assert_eq!(report.bytes, std::fs::metadata(&path)?.len());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct BakeReport {
     /// Samples of all pixels.
     pub samples: u64,
-    /// Hits of all samples, of those on the borders of tiles that a wide filter
-    /// asks for again too.
+    /// Hits of all samples, with those on the borders of tiles that a wide
+    /// filter samples again.
     pub hits: u64,
     /// Pixels with more layers than the map keeps.
     pub cut_pixels: u64,

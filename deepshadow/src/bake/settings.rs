@@ -6,9 +6,18 @@ use dsm_core::{Filter, FilterShape, Tolerance};
 use dsm_io::{Attribute, Block, Codec, PyramidOptions};
 
 use crate::error::Result;
-use crate::kinds::Kind;
+use crate::kind::Kind;
 
-/// Whether a map keeps colours.
+/// The channels of a map: one, or three for colours.
+///
+/// ```
+/// use deepshadow::{Bake, Channels};
+///
+/// let mut settings = Bake::new([64, 64])?;
+/// assert_eq!(settings.channels, Channels::Auto);
+/// settings.channels = Channels::Mono;
+/// # Ok::<(), deepshadow::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Channels {
@@ -29,7 +38,7 @@ pub enum Channels {
 /// ```
 /// use deepshadow::{Bake, Kind};
 ///
-/// let settings = Bake::new([1024, 1024])?.with_kind(Kind::named("fragments").unwrap());
+/// let settings = Bake::new([1024, 1024])?.with_kind(Kind::FRAGMENTS);
 /// assert_eq!(settings.kind.name(), "fragments");
 /// assert!(settings.clone().with_resets(2).check().is_err(), "runs of layers have resets");
 /// # Ok::<(), deepshadow::Error>(())
@@ -49,14 +58,14 @@ pub struct Bake {
     /// The bound of the error of every visibility function. None: 0.25/√N of N
     /// samples under the filter, of kind `mtsm` 0.02.
     pub tolerance: Option<Tolerance>,
-    /// The most layers of a pixel: the nearest are kept.
+    /// The maximum number of layers of a pixel: the nearest are kept.
     pub max_layers: Option<u32>,
-    /// How often the visibility of a pixel is reset, of kind `mtsm`.
+    /// The maximum number of resets of a pixel's visibility, of kind `mtsm`.
     pub resets: Option<u32>,
     /// Places along a side of a pixel that are covered or not, of kind
     /// `fragments`: 1, 2, 4 or 8.
     pub coverage: Option<u32>,
-    /// Whether the map keeps colours.
+    /// The channels of the map.
     pub channels: Channels,
     /// The encoding of tiles.
     pub codec: Codec,
@@ -129,13 +138,13 @@ impl Bake {
         Self { tolerance: Some(tolerance), ..self }
     }
 
-    /// Sets the most layers of a pixel.
+    /// Sets the maximum number of layers of a pixel.
     #[must_use]
     pub fn with_max_layers(self, layers: u32) -> Self {
         Self { max_layers: Some(layers), ..self }
     }
 
-    /// Sets how often visibility is reset.
+    /// Sets the maximum number of resets of visibility.
     #[must_use]
     pub fn with_resets(self, resets: u32) -> Self {
         Self { resets: Some(resets), ..self }
@@ -158,15 +167,5 @@ impl Bake {
     pub fn with_attribute(mut self, name: &str, attribute: Attribute) -> Self {
         self.attributes.insert(name.to_owned(), attribute);
         self
-    }
-
-    /// Whether the kind has everything that was asked for.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Unsupported`](crate::Error::Unsupported) with what the kind does
-    /// not have.
-    pub fn check(&self) -> Result<()> {
-        self.kind.check(self)
     }
 }

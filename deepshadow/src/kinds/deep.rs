@@ -6,10 +6,10 @@ use dsm_core::{BakeSettings, Baker, PixelSampling, Quantization, Transmittance, 
 use dsm_io::detail::ErasedMap;
 use dsm_io::{BakeOptions, Codec, Container};
 
-use super::kind::{ShadowKind, refuse};
+use super::shadow_kind::{ShadowKind, refuse};
 use crate::bake::{AnyHitSource, Bake, BakeReport, Job, Seen};
 use crate::error::{Error, Result};
-use crate::map::{CachedFile, OpenMap, OpenOptions};
+use crate::file::{CachedFile, OpenMap, OpenOptions};
 use crate::query::{FilterMethod, Method, Query};
 use crate::shadow::{Shadow, filtered_shadow};
 
@@ -17,14 +17,6 @@ use crate::shadow::{Shadow, filtered_shadow};
 pub(super) struct Deep;
 
 impl ShadowKind for Deep {
-    fn name(&self) -> &'static str {
-        "deep"
-    }
-
-    fn about(&self) -> &'static str {
-        "Deep shadow maps: a visibility function a pixel"
-    }
-
     fn check(&self, settings: &Bake) -> Result<()> {
         if settings.max_layers.is_some() {
             return refuse("--layers", "fragments, layers or mtsm");

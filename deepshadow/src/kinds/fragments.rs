@@ -7,12 +7,12 @@ use dsm_io::detail::ErasedMap;
 use dsm_io::{CachedMap, Container, WriteOptions};
 use shadow_maps::fragments::{self, FragmentBuilder, FragmentTracer, bake_fragments};
 
-use super::kind::ShadowKind;
 use super::layered;
 use super::layers::check_surfaces;
+use super::shadow_kind::ShadowKind;
 use crate::bake::{AnyHitSource, Bake, BakeReport, Job, Seen};
 use crate::error::{Error, Result};
-use crate::map::{CachedFile, OpenMap, OpenOptions};
+use crate::file::{CachedFile, OpenMap, OpenOptions};
 use crate::query::{FarTable, Method, Query, TraceMethod};
 use crate::shadow::{AreaShadow, Shadow};
 
@@ -23,14 +23,6 @@ const COVERAGE: u32 = 8;
 pub(super) struct Fragments;
 
 impl ShadowKind for Fragments {
-    fn name(&self) -> &'static str {
-        "fragments"
-    }
-
-    fn about(&self) -> &'static str {
-        "Maps of fragments: planes with coverage masks"
-    }
-
     fn check(&self, settings: &Bake) -> Result<()> {
         if settings.coverage.is_some_and(|side| ![1, 2, 4, 8].contains(&side)) {
             let reason = "a side of a pixel has 1, 2, 4 or 8 places that are covered or not";
@@ -109,7 +101,7 @@ fn shadow<T: Transmittance>(
     let tracer = FragmentTracer::<T>::read(map.reader())?;
     let light = layered::light(query, map.reader(), tracer.frame())?;
     // Before the rest is set, so that map and light alone decide.
-    let tracer = match method.far_table {
+    let tracer = match method.far_table.unwrap_or_default() {
         FarTable::Auto => tracer.for_light(&light),
         FarTable::On => tracer.with_far_table(FragmentTracer::<T>::NEAR_CELLS),
         FarTable::Off => tracer,

@@ -1,4 +1,4 @@
-//! What kinds of map for area lights have in common.
+//! Helpers for kinds of map for area lights.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use mtsm::{
     TraceSettings, TracedMap,
 };
 
-use super::kind::refuse;
+use super::shadow_kind::refuse;
 use crate::bake::{Bake, Job};
 use crate::error::{Error, Result};
 use crate::query::{Method, Query};
@@ -85,6 +85,10 @@ where
     let layers = Arc::new(CachedLayers::new(map.clone()));
     match method {
         Method::Trace(asked) => {
+            if asked.far_table.is_some() {
+                let reason = "--far-table is for maps of kind fragments";
+                return Err(Error::query(reader, reason));
+            }
             let default = TraceSettings::default();
             let settings = TraceSettings {
                 rule: asked.rule.unwrap_or(default.rule),

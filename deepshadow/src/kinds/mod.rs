@@ -1,10 +1,11 @@
-//! The kinds of map, a file each: how each is baked and asked.
+//! The kinds of map, a file each: how each is baked and queried.
 
 mod deep;
 mod fragments;
-mod kind;
+mod implementation;
 mod layered;
 mod layers;
 mod mtsm;
+mod shadow_kind;
 
-pub use kind::Kind;
+pub(crate) use implementation::implementation;

@@ -7,11 +7,11 @@ use dsm_io::Container;
 use dsm_io::detail::ErasedMap;
 use mtsm::{MultilayerBaker, MultilayerSettings, bake_mtsm};
 
-use super::kind::{ShadowKind, refuse};
 use super::layered;
+use super::shadow_kind::{ShadowKind, refuse};
 use crate::bake::{AnyHitSource, Bake, BakeReport, Job, Seen};
 use crate::error::Result;
-use crate::map::{CachedFile, OpenMap, OpenOptions};
+use crate::file::{CachedFile, OpenMap, OpenOptions};
 use crate::query::{Method, Query, TraceMethod};
 use crate::shadow::Shadow;
 
@@ -19,14 +19,6 @@ use crate::shadow::Shadow;
 pub(super) struct Mtsm;
 
 impl ShadowKind for Mtsm {
-    fn name(&self) -> &'static str {
-        "mtsm"
-    }
-
-    fn about(&self) -> &'static str {
-        "Multilayer transparent shadow maps: runs of compressed layers with counts"
-    }
-
     fn check(&self, settings: &Bake) -> Result<()> {
         if settings.coverage.is_some() {
             return refuse("--coverage", "fragments");

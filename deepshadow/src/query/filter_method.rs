@@ -17,7 +17,7 @@ use dsm_core::{Bias, Footprint, LevelChoice};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilterMethod {
-    /// What is averaged, in pixels of level 0.
+    /// The footprint, in pixels of level 0.
     pub footprint: Footprint,
     /// The mip level that is read.
     pub level: LevelChoice,

@@ -1,4 +1,4 @@
-//! How shadows are asked for.
+//! Queries: methods, filters and lights.
 
 mod filter_method;
 mod method;

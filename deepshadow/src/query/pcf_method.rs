@@ -11,7 +11,7 @@
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PcfMethod {
-    /// Depths that are compared a point, at least 1.
+    /// Depths that are compared a point, 1 or more.
     pub taps: u32,
     /// The depth bias, in scene units. None: the side of a pixel at the point.
     pub bias: Option<f64>,

@@ -1,13 +1,13 @@
-//! All that a query may ask for.
+//! Settings of queries.
 
 use dsm_core::AreaLight;
 
 use super::method::Method;
 
-/// What is asked of a map: by which method, and of which light.
+/// A query of a map: its method, its light and its seed.
 ///
-/// Everything has a default, so that `Query::new()` asks each kind of map in its
-/// own way: deep maps are filtered at the pixel that contains the point, all
+/// Everything has a default, so that `Query::new()` queries each kind of map in
+/// its own way: deep maps are filtered at the pixel that contains the point, all
 /// others are traced with 256 rays to the light of their header.
 ///
 /// ```
@@ -24,7 +24,7 @@ pub struct Query {
     pub light: Option<AreaLight>,
     /// Full width and height of the header's light in its place, in scene units.
     pub light_size: Option<[f32; 2]>,
-    /// Tells queries apart whose method samples.
+    /// The seed of methods that sample.
     pub seed: u64,
 }
 

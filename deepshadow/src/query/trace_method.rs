@@ -2,8 +2,16 @@
 
 use mtsm::LeafRule;
 
-/// Whether sums of optical depth over coarse pixels stand for fragments far from
-/// a receiver: fast for hair and leaves, wrong for closed surfaces.
+/// Use of a far table: sums of optical depth over coarse pixels in place of
+/// fragments far from a receiver. Fast for hair and leaves, wrong for closed
+/// surfaces.
+///
+/// ```
+/// use deepshadow::{FarTable, TraceMethod};
+///
+/// let exact = TraceMethod::new(256).with_far_table(FarTable::Off);
+/// assert_eq!(exact.far_table, Some(FarTable::Off));
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FarTable {
@@ -28,56 +36,56 @@ pub enum FarTable {
 pub struct TraceMethod {
     /// Shadow rays of a point, at least 1.
     pub rays: u32,
-    /// The length of a ray at the receiver that meets nothing, in scene units,
-    /// at least 0. None: the rule of the map's kind.
+    /// The ray offset: the distance from the receiver at which rays begin, in scene
+    /// units, at least 0. None: the rule of the map's kind.
     pub start: Option<f64>,
-    /// How layers that count several samples are taken apart; kinds `layers`
+    /// The rule by which layers that count several samples are split; kinds `layers`
     /// and `mtsm` only. None: [`LeafRule::Ratio`].
     pub rule: Option<LeafRule>,
-    /// How far a sample reaches in depth to either side, in scene units (§6.1);
+    /// Reach of a sample in depth to either side, in scene units (§6.1);
     /// kinds `layers` and `mtsm` only. None: 0.
     pub depth_threshold: Option<f64>,
-    /// The table of optical depths; kind `fragments` only.
-    pub far_table: FarTable,
+    /// Use of a table of optical depths; kind `fragments` only. None:
+    /// [`FarTable::Auto`].
+    pub far_table: Option<FarTable>,
 }
 
 impl TraceMethod {
     /// `rays` shadow rays, at least 1, with the rules of the map's kind.
     #[must_use]
     pub const fn new(rays: u32) -> Self {
-        let far_table = FarTable::Auto;
-        Self { rays, start: None, rule: None, depth_threshold: None, far_table }
+        Self { rays, start: None, rule: None, depth_threshold: None, far_table: None }
     }
 
-    /// Sets where rays start: so many scene units from the receiver.
+    /// Sets the ray offset in scene units.
     #[must_use]
     pub const fn with_start(mut self, start: f64) -> Self {
         self.start = Some(start);
         self
     }
 
-    /// Sets the rule that layers of several samples are taken apart by.
+    /// Sets the rule by which layers of several samples are split.
     #[must_use]
     pub const fn with_rule(mut self, rule: LeafRule) -> Self {
         self.rule = Some(rule);
         self
     }
 
-    /// Sets how far a sample reaches in depth, in scene units.
+    /// Sets the reach of a sample in depth, in scene units.
     #[must_use]
     pub const fn with_depth_threshold(mut self, threshold: f64) -> Self {
         self.depth_threshold = Some(threshold);
         self
     }
 
-    /// Sets whether a table of optical depths is used.
+    /// Sets the use of a table of optical depths; of kind `fragments` only.
     #[must_use]
     pub const fn with_far_table(mut self, far_table: FarTable) -> Self {
-        self.far_table = far_table;
+        self.far_table = Some(far_table);
         self
     }
 
-    /// Whether something was set that only layers without planes have.
+    /// True if a rule was set that only layers without planes have.
     #[must_use]
     pub const fn has_layer_rules(&self) -> bool {
         self.rule.is_some() || self.depth_threshold.is_some()

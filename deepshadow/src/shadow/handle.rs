@@ -1,4 +1,4 @@
-//! Shadows, ready to be asked.
+//! Shadows, ready for queries.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use crate::values::Values;
 /// Points that one task takes.
 const TASK: usize = 1 << 10;
 
-/// The shadows of one light by one method, ready to be asked for any number of
+/// The shadows of one light by one method, ready for queries of any number of
 /// points from any number of threads. Clones are the same shadows.
 ///
 /// [`ShadowMap::shadow`](crate::ShadowMap::shadow) makes one of a map: whatever
@@ -123,7 +123,7 @@ impl Shadow {
         self.visibility.statistics()
     }
 
-    /// Asks for some points at a time, in parallel, each task with its first seed.
+    /// Queries some points at a time, in parallel, each task with its first seed.
     fn in_tasks<P: Sync>(
         &self,
         points: &[P],
@@ -142,7 +142,7 @@ impl Shadow {
     }
 }
 
-/// Shadows of any map, as renderers ask for them; mono ones have three equal
+/// Shadows of any map, as renderers query them; mono ones have three equal
 /// channels.
 impl LightVisibility for Shadow {
     type Value = Rgb;

@@ -100,7 +100,7 @@ impl AnyVisibility for Plain {
     }
 
     fn raster(&self, _: &[[f64; 3]], _: u64, _: &AreaLight, _: &mut Values) -> Result<()> {
-        Err(Error::Unsupported("a plain shadow map is asked in the world".to_owned()))
+        Err(Error::Unsupported("a plain shadow map is queried in the world".to_owned()))
     }
 
     fn statistics(&self) -> ShadowStatistics {

@@ -4,6 +4,11 @@ use dsm_core::BiasSummary;
 use dsm_trace::TraceStatistics;
 
 /// Work that a [`Shadow`](crate::Shadow) has done since it was made.
+///
+/// ```
+/// let idle = deepshadow::ShadowStatistics::default();
+/// assert!(idle.rays.is_none() && idle.biases.is_none());
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct ShadowStatistics {
@@ -11,7 +16,6 @@ pub struct ShadowStatistics {
     pub rays: Option<TraceStatistics>,
     /// The depth biases of all points, of filtered lookups.
     pub biases: Option<BiasSummary>,
-    /// Whether a table of optical depths stands for far fragments, of kinds that
-    /// may have one.
+    /// Use of a far table, of kinds that may have one.
     pub far_table: Option<bool>,
 }

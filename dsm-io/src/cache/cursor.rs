@@ -12,7 +12,8 @@ use super::rows_ahead::{RowsAhead, Step};
 use super::slot::{Slot, evaluate_block, evaluate_run, take_clear, within};
 use crate::error::{Error, Result};
 use crate::format::level::Level;
-use crate::kind::{Deep, FieldKind, MapKind, MapTile};
+use crate::kind::{Deep, FieldKind, MapKind};
+use crate::map_tile::MapTile;
 use crate::tile_id::TileId;
 
 /// Slots of a cursor. They stand in lines of 16, or of as many as a level has
@@ -120,8 +121,8 @@ impl<T: Transmittance, K: MapKind> LookupCursor<T, K> {
         self.size
     }
 
-    /// What `look` makes of a pixel: of the tile that holds it and of its row-major
-    /// index there. No tile: it is empty. O(1) besides, if the tile is held.
+    /// Calls `look` with the tile that holds a pixel and the pixel's row-major index
+    /// there, and returns its result. No tile: it is empty. O(1) besides, if the tile is held.
     ///
     /// # Errors
     ///
@@ -421,7 +422,8 @@ mod tests {
     use crate::limits::Limits;
     use crate::metadata::Metadata;
     use crate::reader::MapReader;
-    use crate::writer::{WriteOptions, write_map};
+    use crate::write_options::WriteOptions;
+    use crate::writer::write_map;
     use dsm_core::{DeepMap, MapInfo, PixelListsBuilder, Vertex};
 
     #[test]

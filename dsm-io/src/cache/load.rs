@@ -1,11 +1,14 @@
 //! A load that is under way, and who waits for it.
 
+use std::any::Any;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 
-use super::shard::Value;
 use crate::error::Error;
 
-/// What came of a load.
+/// A tile of any number of channels.
+pub(super) type Value = Arc<dyn Any + Send + Sync>;
+
+/// The outcome of a load.
 pub(super) type Loaded = Result<Value, Arc<Error>>;
 
 #[derive(Debug)]

@@ -12,6 +12,8 @@
 //! counts is then what is held, and a hit depends on no page of a file.
 
 pub(crate) mod cursor;
+mod cursors;
+mod key;
 mod load;
 pub(crate) mod map;
 mod rows_ahead;
@@ -105,7 +107,7 @@ impl TileCache {
         CachedMap::new(reader, number, Arc::clone(&self.store))
     }
 
-    /// What the cache did and holds. Exact while no other thread uses it.
+    /// The counts of hits, misses and bytes. Exact while no other thread uses it.
     #[must_use]
     pub fn statistics(&self) -> CacheStatistics {
         self.store.statistics()

@@ -92,7 +92,7 @@ pub struct CachedShadow<T: Transmittance, K: FieldKind = Deep> {
 }
 
 impl<T: Transmittance, K: FieldKind> CachedShadow<T, K> {
-    /// Asks `map` as `lookup` says.
+    /// Shadows of `map`, projected and filtered by `lookup`.
     ///
     /// # Errors
     ///
@@ -101,7 +101,7 @@ impl<T: Transmittance, K: FieldKind> CachedShadow<T, K> {
         Ok(Self::of_cursors(CursorPool::new(map, lookup.level())?, lookup))
     }
 
-    /// Asks the map of `cursors`, which have the levels that `lookup` reads.
+    /// Shadows of the map of `cursors`, which have the levels that `lookup` reads.
     #[must_use]
     pub fn of_cursors(cursors: CursorPool<T, K>, lookup: ShadowLookup) -> Self {
         Self { cursors, lookup, biases: Mutex::default() }

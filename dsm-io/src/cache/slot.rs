@@ -6,7 +6,8 @@ use dsm_core::Transmittance;
 use dsm_core::detail::BlockVisitor;
 
 use super::tile::{CachedTile, Held};
-use crate::kind::{FieldKind, MapTile};
+use crate::kind::FieldKind;
+use crate::map_tile::MapTile;
 
 /// A tile that was asked for, at the place that its position gives it.
 #[derive(Debug)]

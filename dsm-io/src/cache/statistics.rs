@@ -1,18 +1,17 @@
-//! What a tile cache did, and what it holds.
+//! Counts of a tile cache.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What a [`TileCache`](crate::cache::TileCache) did since it was made, and what it
-/// holds now. `hits + misses` is the number of pixels and tiles that were
-/// asked for; a cursor hands its hits in when it turns to the cache for another
+/// Hits, misses and evictions of a [`TileCache`](crate::cache::TileCache) since it
+/// was made, and the bytes it holds. `hits + misses` is the number of pixels and
+/// tiles that were queried; a cursor hands its hits in when it turns to the cache for another
 /// tile and when it is dropped.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct CacheStatistics {
-    /// What was answered without a load: the tile was there or is 1
-    /// everywhere.
+    /// Queries without a load: the tile was there or is 1 everywhere.
     pub hits: u64,
-    /// What had to wait for a load, one's own or another thread's.
+    /// Queries that waited for a load, one's own or another thread's.
     pub misses: u64,
     /// Tiles that were read.
     pub loads: u64,

@@ -4,8 +4,9 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::load::{Load, Loaded};
-use super::shard::{Found, Key, Shard, Value};
+use super::key::Key;
+use super::load::{Load, Loaded, Value};
+use super::shard::{Found, Shard};
 use super::statistics::{CacheStatistics, Counters, Kept};
 use crate::error::{Error, Result};
 

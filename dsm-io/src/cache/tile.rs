@@ -6,10 +6,10 @@ use dsm_core::detail::PixelListsView;
 use dsm_core::{PixelLists, Transmittance};
 
 use super::statistics::Counters;
-use crate::kind::MapTile;
+use crate::map_tile::MapTile;
 
 /// A tile's pixels, held in memory by whoever has it: of a deep map
-/// [`PixelLists`], of another kind its [`MapKind::Tile`](crate::kind::map_kind::MapKind::Tile).
+/// [`PixelLists`], of another kind its [`MapKind::Tile`](crate::kind::MapKind::Tile).
 #[derive(Debug)]
 pub struct CachedTile<P> {
     pixels: P,

@@ -10,10 +10,10 @@ use dsm_core::detail::PixelListsView;
 use dsm_core::{PixelLists, Transmittance};
 
 use super::packed::unpack;
+use super::stored_tile::StoredTile;
 use super::tile_columns::{TileColumn, mono_flags};
 use super::{Block, EncodedTile, words};
 use crate::error::{Error, Result};
-use crate::kind::StoredTile;
 use crate::tile::Tile;
 
 const COLUMNS: usize = 5;

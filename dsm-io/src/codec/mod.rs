@@ -1,4 +1,4 @@
-//! How the pixels of a tile become bytes, and come back.
+//! Codecs between the pixels of a tile and bytes.
 //!
 //! A codec turns pixels into columns of 32-bit words; a block packs the
 //! columns. Both are named in the tile's directory entry.
@@ -6,6 +6,7 @@
 pub(crate) mod exact;
 mod packed;
 pub(crate) mod quantized;
+pub(crate) mod stored_tile;
 pub(crate) mod tile_columns;
 mod words;
 
@@ -15,7 +16,13 @@ use dsm_core::detail::PixelListsView;
 use crate::error::Result;
 use crate::format::encoded_tile::EncodedTile;
 
-/// How columns are encoded.
+/// The encoding of columns.
+///
+/// ```
+/// use dsm_io::Codec;
+///
+/// assert_eq!(Codec::from_tag(1).map(Codec::name), Some("quantized"));
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Codec {
@@ -57,11 +64,18 @@ impl Codec {
     }
 }
 
-/// How encoded columns are packed.
+/// The packing of encoded columns.
+///
+/// ```
+/// use dsm_io::Block;
+///
+/// assert_eq!(Block::from_tag(0).map(Block::name), Some("none"));
+/// assert!(Block::from_tag(200).is_none());
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Block {
-    /// As they are, so that an exact tile can be used where it lies.
+    /// Unpacked columns: an exact tile can be used where it lies.
     #[default]
     Plain,
     /// Their bytes shuffled by significance in a zstd frame.

@@ -11,11 +11,11 @@ use dsm_core::{PixelLists, Transmittance};
 
 use super::exact::{column_lengths, depth_range};
 use super::packed::unpack;
+use super::stored_tile::StoredTile;
 use super::tile_columns::{TileColumn, mono_flags};
 use super::{Block, Codec, exact, words};
 use crate::error::{Error, Result};
 use crate::format::encoded_tile::EncodedTile;
-use crate::kind::StoredTile;
 use crate::tile::Tile;
 
 /// The most bits behind the point that a value may have: an `f32` in (½, 1]

@@ -6,10 +6,10 @@ use dsm_core::detail::PixelListsView;
 use dsm_core::{PixelLists, Transmittance};
 
 use super::packed::{Differences, pack, should_difference, unpack_planes, unshuffle};
+use super::stored_tile::StoredTile;
 use super::{Block, Codec, EncodedTile, words};
 use crate::error::{Error, Place, Result};
 use crate::format::directory::TileEntry;
-use crate::kind::StoredTile;
 
 /// A column of a tile of any kind of map.
 #[derive(Clone, Copy, Debug)]
@@ -176,19 +176,19 @@ impl<'a> ColumnReader<'a> {
         Ok(Self { rest, at: 0, is_packed, differences, entry, place })
     }
 
-    /// What the directory says of the tile.
+    /// The tile's entry in the directory.
     #[must_use]
     pub const fn entry(&self) -> &TileEntry {
         &self.entry
     }
 
-    /// Where the tile stands.
+    /// The tile's place in its file.
     #[must_use]
     pub const fn place(&self) -> Place {
         self.place
     }
 
-    /// How many words are left.
+    /// Number of words not read yet.
     #[must_use]
     pub fn words_left(&self) -> u64 {
         (self.rest.len() - self.at) as u64 / 4
@@ -281,15 +281,32 @@ impl<'a> ColumnReader<'a> {
         Ok(())
     }
 
-    /// What is wrong with the tile.
+    /// The error of a tile that breaks a rule.
     #[must_use]
     pub fn refuse(&self, reason: &'static str) -> Error {
         Error::invalid(self.place, reason)
     }
 
-    /// What is wrong with the tile's pixels.
+    /// The error of the tile's pixels.
     #[must_use]
     pub const fn refuse_pixel(&self, error: dsm_core::Error) -> Error {
         Error::Function { place: self.place, error }
+    }
+}
+
+impl<'a> StoredTile<'a> {
+    /// The columns of a tile of codec 0, unpacked.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unsupported`] for another codec or an unknown block, or what is
+    /// wrong with the payload.
+    pub fn columns(self) -> Result<ColumnReader<'a>> {
+        let place = self.place;
+        if Codec::from_tag(self.entry.codec) != Some(Codec::Exact) {
+            let what = format!("codec {}", self.entry.codec);
+            return Err(Error::Unsupported { place, what });
+        }
+        ColumnReader::new(self)
     }
 }

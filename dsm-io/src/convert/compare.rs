@@ -1,4 +1,4 @@
-//! How far a map is from what it stands for.
+//! Differences between a map and what it stands for.
 
 use std::ops::ControlFlow;
 use std::ops::Range;
@@ -36,7 +36,7 @@ enum Measure {
     Bound,
 }
 
-/// The difference of two files of one size.
+/// The difference of two files of one size, as [`compare`] measures it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MapDifference {
     /// The mean of the pixels' means, over all levels; see
@@ -82,6 +82,32 @@ impl MapDifference {
 ///
 /// Memory: of maps a few tiles a thread, of images a band of rows. Where two
 /// maps have empty tiles, they cost nothing.
+///
+/// ```
+/// use dsm_core::{DeepMap, MapInfo, PixelListsBuilder, Progress, Vertex};
+/// use dsm_io::{Limits, MapSource, Metadata, WriteOptions, compare, write_map};
+/// # use dsm_io::detail::AchievedError;
+///
+/// // Two maps of one pixel, of half and a quarter of the light past depth 2.
+/// let folder = tempfile::tempdir()?;
+/// let mut maps = Vec::new();
+/// for left in [0.5, 0.25] {
+///     let mut pixels = PixelListsBuilder::<f32>::new(1, 1);
+///     pixels.push(Vertex::new(2.0, 1.0));
+///     pixels.push(Vertex::new(2.0, left));
+///     pixels.finish_pixel()?;
+///     let map = DeepMap::new(MapInfo::default(), pixels.finish()?);
+///     let path = folder.path().join(format!("{left}.dsm"));
+///     let metadata = Metadata::new(1, 1, 1, MapInfo::default());
+///     write_map(&path, metadata, &map, AchievedError::NONE, WriteOptions::default())?;
+///     maps.push(MapSource::open(&path, None, &Limits::default())?);
+/// }
+/// let [one, other] = &mut maps[..] else { unreachable!() };
+/// let difference = compare(one, other, Progress::ignore)?;
+/// assert_eq!(difference.max(), 0.25);
+/// assert_eq!(difference.worst.map(|worst| worst.z), Some(2.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// # Errors
 ///

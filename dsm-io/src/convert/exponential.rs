@@ -1,4 +1,4 @@
-//! How far the exponential of a volume hangs below its chord.
+//! The error of the chord of a volume's exponential.
 //!
 //! Between depths a share x apart, a volume lets e^(−Lx) of the light
 //! through; a ramp with the same ends lets 1 − (1 − e^(−L)) x through. They

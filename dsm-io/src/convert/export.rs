@@ -1,4 +1,4 @@
-//! From a map to a deep OpenEXR, a row of tiles at a time.
+//! Exports of maps as deep OpenEXR, a row of tiles at a time.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -19,7 +19,7 @@ use crate::format::atomic_file::AtomicFile;
 use crate::progress::tell;
 use crate::region::Region;
 
-/// What an export wrote.
+/// Counts and errors of an export.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ExportReport {
@@ -32,8 +32,8 @@ pub struct ExportReport {
     /// With 32-bit opacities at most the error that was asked for; 16-bit
     /// ones may take it to 2⁻¹¹.
     pub achieved: f64,
-    /// What the file can be off by in all: the tolerance that the map states,
-    /// and the error that was asked for or, if larger, achieved.
+    /// The bound of the file's total error: the tolerance that the map states,
+    /// and the requested error or, if larger, the achieved one.
     pub total: f64,
     /// Names of attributes of the map that the file does not have:
     /// `deepImageState`, and those that no OpenEXR can hold.
@@ -55,6 +55,7 @@ pub struct ExportReport {
 /// number of threads. On an error `output` is what it was before.
 ///
 /// ```no_run
+/// use dsm_core::Progress;
 /// use dsm_io::{ExportOptions, Limits, MapSource, export_deep_exr};
 ///
 /// let mut map = MapSource::open("shadow.dsm".as_ref(), None, &Limits::default())?;

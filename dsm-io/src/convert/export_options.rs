@@ -1,32 +1,39 @@
-//! How maps become deep OpenEXR images.
+//! Options of exports as deep OpenEXR.
 
 use deep_exr::{Compression, Layout, SampleType};
 use dsm_core::Tolerance;
 
-/// How a map is written as a deep OpenEXR.
+/// Options of an export as deep OpenEXR: layout, types, compression, error.
+///
+/// ```
+/// use dsm_io::ExportOptions;
+/// use dsm_io::deep_exr::SampleType;
+///
+/// let options = ExportOptions { sample_type: SampleType::Half, ..ExportOptions::default() };
+/// assert_eq!(options.error.epsilon(), ExportOptions::DEFAULT_ERROR);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExportOptions {
     /// Scan lines or tiles.
     pub layout: Layout,
-    /// How opacities are stored.
+    /// The type of opacities.
     pub sample_type: SampleType,
-    /// How chunks are compressed.
+    /// The compression of chunks.
     pub compression: Compression,
-    /// How far volumes may be off the ramps that they stand for, at least
+    /// The bound of volumes' distance from the ramps they stand for, at least
     /// [`Self::LEAST_ERROR`]. Default 1e-5.
     pub error: Tolerance,
-    /// Whether the file says in `deepImageState` that its samples are tidy,
+    /// Writes `deepImageState`, which says that samples are tidy,
     /// which they are. Not the default: several versions of the official
     /// Python client refuse files with that attribute.
     pub deep_image_state: bool,
 }
 
 impl ExportOptions {
-    /// The smallest error that can be asked for: a few roundings of 32-bit
-    /// opacities.
+    /// The minimum error bound: a few roundings of 32-bit opacities.
     pub const LEAST_ERROR: f32 = 1e-6;
 
-    /// The error when none is asked for.
+    /// The default error bound.
     pub const DEFAULT_ERROR: f32 = 1e-5;
 }
 

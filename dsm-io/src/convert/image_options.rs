@@ -1,4 +1,4 @@
-//! What a map says of itself, as the header of a deep image.
+//! A map's metadata as the header of a deep image.
 
 use deep_exr::{AlphaChannels, Attribute, Window, WriteOptions};
 use dsm_core::detail::PixelWindow;

@@ -1,9 +1,14 @@
-//! What an import changed, dropped or assumed.
+//! Changes that an import made.
 
 use std::ops::AddAssign;
 
-/// What was done to the samples of an image so that they make visibility
-/// functions. All zero and false: nothing.
+/// Changes to the samples of an image that make them visibility functions. All
+/// zero and false: none.
+///
+/// ```
+/// let untouched = dsm_io::ImportReport::default();
+/// assert_eq!(untouched, dsm_io::ImportReport::default());
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ImportReport {

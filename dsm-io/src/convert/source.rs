@@ -20,7 +20,8 @@ use crate::reader::MapReader;
 use crate::region::Region;
 use crate::tile_id::TileRect;
 
-/// A file whose pixels are, or can be made, visibility functions.
+/// A file whose pixels are, or can be made, visibility functions: what
+/// [`convert`](crate::convert()) and [`compare`](crate::compare()) read.
 #[derive(Debug)]
 pub enum MapSource {
     /// A `.dsm` map: its level 0 as stored.
@@ -35,8 +36,7 @@ impl MapSource {
     ///
     /// # Errors
     ///
-    /// What is wrong with the file; [`Error::Setting`] if a part of a `.dsm`
-    /// is asked for.
+    /// What is wrong with the file; [`Error::Setting`] for a part of a `.dsm`.
     pub fn open(path: &Path, part: Option<&str>, limits: &Limits) -> Result<Self> {
         // A pipe has no length to hold its contents to, and may never answer.
         let file =

@@ -16,14 +16,23 @@ use crate::format::encoded_tile::EncodedTile;
 use crate::measured_pixels::MeasuredPixels;
 use crate::progress::tell;
 use crate::tile_id::TileId;
-use crate::writer::{MapWriter, WriteOptions};
+use crate::write_options::WriteOptions;
+use crate::writer::MapWriter;
 
-/// How a map is made from another file.
+/// Options of a conversion: the error bound and the storage of the map.
+///
+/// ```
+/// use dsm_io::{Block, ConvertOptions, WriteOptions};
+///
+/// let write = WriteOptions::default().with_block(Block::Zstd);
+/// let options = ConvertOptions { write, ..ConvertOptions::default() };
+/// assert_eq!(options.tolerance.epsilon(), 0.0);
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ConvertOptions {
     /// The error that the conversion may add. 0 copies.
     pub tolerance: Tolerance,
-    /// How the map is stored.
+    /// The storage of the map.
     pub write: WriteOptions,
 }
 
@@ -37,6 +46,34 @@ pub struct ConvertOptions {
 /// compressed in parallel, on the current rayon pool. A tile of which the source
 /// holds empty tiles only costs nothing. The same input gives the same bytes
 /// whatever the number of threads. On an error `output` is what it was before.
+///
+/// ```
+/// use dsm_core::{DeepMap, MapInfo, PixelListsBuilder, Progress, Tolerance, Vertex};
+/// use dsm_io::{ConvertOptions, Limits, MapReader, MapSource, Metadata, WriteOptions};
+/// use dsm_io::{convert, write_map};
+/// # use dsm_io::detail::AchievedError;
+///
+/// let folder = tempfile::tempdir()?;
+/// # let left = 0.5;
+/// # let mut path = std::path::PathBuf::new();
+/// # for _ in 0..1 {
+/// #     let mut pixels = PixelListsBuilder::<f32>::new(1, 1);
+/// #     pixels.push(Vertex::new(2.0, 1.0));
+/// #     pixels.push(Vertex::new(2.0, left));
+/// #     pixels.finish_pixel()?;
+/// #     let map = DeepMap::new(MapInfo::default(), pixels.finish()?);
+/// #     path = folder.path().join(format!("{left}.dsm"));
+/// #     let metadata = Metadata::new(1, 1, 1, MapInfo::default());
+/// #     write_map(&path, metadata, &map, AchievedError::NONE, WriteOptions::default())?;
+/// # }
+/// let mut source = MapSource::open(&path, None, &Limits::default())?;
+/// let output = folder.path().join("smaller.dsm");
+/// let options = ConvertOptions { tolerance: Tolerance::new(0.01)?, ..ConvertOptions::default() };
+/// convert(&mut source, &output, &options, Progress::ignore)?;
+/// let map = MapReader::open(&output, &Limits::default())?;
+/// assert_eq!(map.metadata().info.tolerance, options.tolerance);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// # Errors
 ///

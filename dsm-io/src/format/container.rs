@@ -24,6 +24,23 @@ use crate::tile_id::{TileId, TileRect};
 /// memory is taken for it, that the parts of the file cover it exactly, and
 /// the checksums of all it reads: everything but the tiles and unknown
 /// sections. O(t log t) for t tiles.
+///
+/// ```
+/// use dsm_core::{DeepMap, MapInfo, PixelLists};
+/// use dsm_io::{Container, Limits, Metadata, WriteOptions, write_map};
+/// # use dsm_io::detail::AchievedError;
+///
+/// let folder = tempfile::tempdir()?;
+/// let path = folder.path().join("clear.dsm");
+/// let clear = DeepMap::new(MapInfo::default(), PixelLists::<f32>::clear(100, 50));
+/// let metadata = Metadata::new(100, 50, 1, MapInfo::default());
+/// write_map(&path, metadata, &clear, AchievedError::NONE, WriteOptions::default())?;
+///
+/// let container = Container::open(&path, &Limits::default())?;
+/// assert_eq!(container.kind()?, "deep");
+/// assert_eq!(container.levels()[0].tiles(), [2, 1]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct Container {
     source: Box<dyn Source>,

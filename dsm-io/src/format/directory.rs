@@ -10,11 +10,11 @@ use crate::tile_id::{TileId, TileRect};
 /// Length of a directory entry, in bytes.
 pub(super) const ENTRY_BYTES: usize = 64;
 
-/// What the directory says of a tile. A tile that is 1 everywhere has no
+/// The directory entry of a tile. A tile that is 1 everywhere has no
 /// payload and no vertices.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TileEntry {
-    /// Where the payload begins in the file, in bytes; 0 if there is none.
+    /// The payload's offset in the file, in bytes; 0 if there is none.
     pub offset: u64,
     /// Length of the payload in the file, in bytes.
     pub stored_length: u64,
@@ -28,21 +28,21 @@ pub struct TileEntry {
     pub z_max: f32,
     /// The error that the tile's functions have.
     pub error: AchievedError,
-    /// How far depths were moved away from the light at most; 0 where they
+    /// The maximum shift of depths away from the light; 0 where they
     /// are exact.
     pub depth_error: f32,
-    /// How the columns are encoded.
+    /// The number of the columns' codec.
     pub codec: u8,
-    /// How the encoded columns are packed.
+    /// The number of the columns' packing.
     pub block: u8,
-    /// Which columns are stored as differences: bit i for column i.
+    /// The columns that are stored as differences: bit i for column i.
     pub differences: u8,
     /// CRC-32C of the payload and its padding.
     pub crc: u32,
 }
 
 impl TileEntry {
-    /// Whether the tile is 1 everywhere.
+    /// True if the tile is 1 everywhere.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.offset == 0

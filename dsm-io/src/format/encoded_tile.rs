@@ -15,13 +15,13 @@ pub struct EncodedTile {
     pub z_min: f32,
     /// The largest depth of all vertices.
     pub z_max: f32,
-    /// How far depths were moved away from the light at most.
+    /// The maximum shift of depths away from the light.
     pub depth_error: f32,
     /// The codec's number in the file.
     pub codec: u8,
     /// The block's number in the file.
     pub block: u8,
-    /// Which columns are stored as differences: bit i for column i.
+    /// The columns that are stored as differences: bit i for column i.
     pub differences: u8,
 }
 

@@ -11,7 +11,16 @@ pub(super) const LEVEL_BYTES: usize = 64;
 /// The largest width and height, in pixels.
 const MAX_SIZE: u32 = i32::MAX as u32;
 
-/// A level of a map: its size, how it is cut into tiles, and its bound.
+/// A level of a map: its size, its cut into tiles, and its error bound.
+///
+/// ```
+/// use dsm_io::Level;
+///
+/// // Tiles at the right and lower edge are smaller.
+/// let level = Level::new(100, 50, 64, 0.01);
+/// assert_eq!(level.tiles(), [2, 1]);
+/// assert_eq!(level.tile_rect(1, 0).map(|rect| [rect.width, rect.height]), Some([36, 50]));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Level {
     /// The view that the level belongs to; 0 in a map of one view.

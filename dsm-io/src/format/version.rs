@@ -1,4 +1,4 @@
-//! What a file of this format begins with, and what files of others do.
+//! Magic numbers and versions of the format.
 
 use crate::error::{Error, Result};
 

@@ -8,10 +8,10 @@ use dsm_core::{PixelLists, Transmittance};
 use serde::{Deserialize, Serialize};
 
 use super::map_kind::{FieldKind, MapKind};
+use super::map_tiles::MapTiles;
 use super::pixel_contents::{PixelContents, PixelValue};
-use super::reader::KindReader;
-use super::stored_tile::StoredTile;
 use super::summary::MapSummary;
+use crate::codec::stored_tile::StoredTile;
 use crate::codec::{Block, Codec, exact, quantized};
 use crate::error::{Error, Result};
 use crate::format::encoded_tile::EncodedTile;
@@ -22,7 +22,7 @@ use crate::tile::Tile;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Deep;
 
-/// What a deep map's metadata say besides: nothing.
+/// The keys that only deep maps have in their metadata: none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DeepKeys {}
 
@@ -78,9 +78,9 @@ impl MapKind for Deep {
     }
 
     /// What the directory says: no tile is read. O(tiles).
-    fn summary<T: Transmittance>(map: &KindReader<Self>) -> Result<MapSummary> {
+    fn summary<T: Transmittance>(map: &impl MapTiles<Tile = PixelLists<T>>) -> Result<MapSummary> {
         let mut summary = MapSummary::default();
-        for (_, entry) in map.directory(0)?.iter() {
+        for (_, entry) in map.directory()?.iter() {
             summary.add("vertices", entry.vertex_count);
         }
         Ok(summary)

@@ -10,7 +10,7 @@ use super::map_kind::MapKind;
 use super::pixel_contents::PixelContents;
 use super::reader::KindReader;
 use super::summary::MapSummary;
-use crate::any::AnyDeepMap;
+use crate::any_deep_map::AnyDeepMap;
 use crate::error::{Error, Result};
 use crate::format::container::Container;
 use crate::metadata::Metadata;
@@ -23,13 +23,13 @@ pub trait ErasedMap: Any + Debug + Send + Sync {
     /// The name of its kind.
     fn kind(&self) -> &'static str;
 
-    /// What messages call such a map, with its article.
+    /// The kind's title in messages, with its article.
     fn title(&self) -> &'static str;
 
     /// The file's sections, levels and tiles.
     fn container(&self) -> &Container;
 
-    /// What the map says of itself ([`KindReader::metadata`]).
+    /// The map's metadata ([`KindReader::metadata`]).
     fn metadata(&self) -> &Metadata;
 
     /// The metadata that only maps of its kind have, as one JSON object.
@@ -42,14 +42,14 @@ pub trait ErasedMap: Any + Debug + Send + Sync {
     /// Everything that is wrong with the file ([`KindReader::verify`]).
     fn verify(&self) -> Vec<Error>;
 
-    /// What its tiles hold together ([`KindReader::summary`]).
+    /// Counts of the contents of its tiles ([`KindReader::summary`]).
     ///
     /// # Errors
     ///
     /// What is wrong with a tile.
     fn summary(&self) -> Result<MapSummary>;
 
-    /// What is stored of a pixel ([`KindReader::contents`]).
+    /// The stored numbers of a pixel ([`KindReader::contents`]).
     ///
     /// # Errors
     ///

@@ -40,7 +40,7 @@ impl Default for Kinds {
 }
 
 impl Kinds {
-    /// The same kinds and `K`, in place of one of the same name.
+    /// Registers `K`, in place of a kind of the same name.
     #[must_use]
     pub fn with<K: MapKind>(mut self) -> Self {
         self.kinds.retain(|kind| kind.name != K::NAME);

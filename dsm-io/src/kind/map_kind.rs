@@ -1,4 +1,4 @@
-//! What a kind of map is.
+//! Kinds of map as traits.
 
 use std::fmt::Debug;
 use std::ops::Range;
@@ -8,14 +8,14 @@ use dsm_core::detail::{BlockVisitor, VisibilityView};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::map_tile::MapTile;
+use super::map_tiles::MapTiles;
 use super::pixel_contents::PixelContents;
-use super::reader::KindReader;
-use super::stored_tile::StoredTile;
 use super::summary::MapSummary;
+use crate::codec::stored_tile::StoredTile;
 use crate::codec::{Block, Codec};
 use crate::error::Result;
 use crate::format::encoded_tile::EncodedTile;
+use crate::map_tile::MapTile;
 use crate::metadata::Metadata;
 
 /// A kind of map, as `docs/format/dsm-1.md`, section 13, registers it: a name, a
@@ -23,10 +23,10 @@ use crate::metadata::Metadata;
 ///
 /// A type that stands for a kind has no values that matter. Tiles of one and of
 /// three channels share all code through [`Transmittance`]. Everything else about
-/// files is the same for all kinds: [`KindReader`] and
-/// [`KindWriter`](crate::kind::writer::KindWriter) read and write them,
+/// files is the same for all kinds: [`KindReader`](crate::kind::KindReader) and
+/// [`KindWriter`](crate::kind::KindWriter) read and write them,
 /// [`TileCache`](crate::cache::TileCache) keeps their tiles, and
-/// [`Kinds`](crate::kind::kinds::Kinds) opens those whose kind is not known beforehand.
+/// [`Kinds`](crate::kind::Kinds) opens those whose kind is not known beforehand.
 pub trait MapKind: Debug + Send + Sync + Sized + 'static {
     /// The kind's name in the metadata and on the command line.
     const NAME: &'static str;
@@ -105,9 +105,9 @@ pub trait MapKind: Debug + Send + Sync + Sized + 'static {
     /// # Errors
     ///
     /// What is wrong with a tile.
-    fn summary<T: Transmittance>(map: &KindReader<Self>) -> Result<MapSummary> {
+    fn summary<T: Transmittance>(map: &impl MapTiles<Tile = Self::Tile<T>>) -> Result<MapSummary> {
         let mut summary = MapSummary::default();
-        map.for_each_tile::<T>(0, |_, tile| {
+        map.for_each_tile(|_, tile| {
             Self::summarize(&tile, &mut summary);
             Ok(())
         })?;
@@ -127,8 +127,8 @@ pub trait MapKind: Debug + Send + Sync + Sized + 'static {
     }
 }
 
-/// A kind of map whose pixels can be asked how much light is left at a depth, so
-/// that its cursors are fields of filtered lookups.
+/// A kind of map whose pixels have a transmittance at every depth, so that its
+/// cursors are fields of filtered lookups.
 pub trait FieldKind: MapKind {
     /// What the pixels of a tile are asked through: the tile itself, or slices of
     /// its columns, which are found once for many pixels.

@@ -7,12 +7,12 @@
 
 mod deep;
 mod erased_map;
+mod header;
 mod kinds;
 mod map_kind;
-mod map_tile;
+mod map_tiles;
 mod pixel_contents;
 mod reader;
-mod stored_tile;
 mod summary;
 mod writer;
 
@@ -20,9 +20,8 @@ pub use deep::{Deep, DeepKeys};
 pub use erased_map::ErasedMap;
 pub use kinds::Kinds;
 pub use map_kind::{FieldKind, MapKind};
-pub use map_tile::MapTile;
+pub use map_tiles::MapTiles;
 pub use pixel_contents::{PixelContents, PixelValue};
 pub use reader::KindReader;
-pub use stored_tile::StoredTile;
 pub use summary::{MapSummary, SummaryValue};
 pub use writer::KindWriter;

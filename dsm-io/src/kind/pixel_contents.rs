@@ -1,4 +1,4 @@
-//! What is stored of one pixel, to be shown.
+//! The stored numbers of one pixel, for display.
 
 use dsm_core::Transmittance;
 use serde::ser::{Serialize, Serializer};
@@ -28,7 +28,7 @@ pub struct PixelContents {
 pub enum PixelValue {
     /// A real number, such as a depth.
     Number(f32),
-    /// How many there are of something.
+    /// A number of things.
     Count(u32),
     /// A fraction of light in each of three channels.
     Rgb([f32; 3]),
@@ -72,13 +72,13 @@ impl PixelContents {
         self.rows.push(row.into_iter().collect());
     }
 
-    /// What the rows are together: `vertices`, `runs`.
+    /// The name of the rows together: `vertices`, `runs`.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         self.name
     }
 
-    /// What each row has.
+    /// The names of the columns.
     #[must_use]
     pub const fn columns(&self) -> &'static [&'static str] {
         self.columns
@@ -90,7 +90,7 @@ impl PixelContents {
         &self.rows
     }
 
-    /// Whether the rows stand in several lists.
+    /// True if the rows stand in several lists.
     #[must_use]
     pub const fn has_lists(&self) -> bool {
         self.starts.is_some()

@@ -1,14 +1,16 @@
 //! Reads maps of any kind.
 
+use std::marker::PhantomData;
 use std::path::Path;
 
 use dsm_core::{DeepMap, Rgb, Transmittance};
 
 use super::map_kind::MapKind;
+use super::map_tiles::MapTiles;
 use super::pixel_contents::PixelContents;
-use super::stored_tile::StoredTile;
 use super::summary::MapSummary;
 use crate::achieved_error::AchievedError;
+use crate::codec::stored_tile::StoredTile;
 use crate::columns::Columns;
 use crate::crop::Crop;
 use crate::error::{Error, Place, Result, check_limit};
@@ -103,26 +105,26 @@ impl<K: MapKind> KindReader<K> {
         &self.container
     }
 
-    /// What the map says of itself. Of a crop: what it would as a map of its
-    /// own, its size and its window among the whole map's.
+    /// The map's metadata. Of a crop: those of a map of its own, with its size and
+    /// its window among the whole map's.
     #[must_use]
     pub const fn metadata(&self) -> &Metadata {
         &self.metadata
     }
 
-    /// What the map says of itself that only maps of its kind do.
+    /// The metadata keys that only maps of this kind have.
     #[must_use]
     pub const fn keys(&self) -> &K::Keys {
         &self.keys
     }
 
-    /// Which part of a map this is, if it is not a whole one.
+    /// The part of a map that the file holds, if not a whole one.
     #[must_use]
     pub fn crop(&self) -> Option<Crop> {
         self.whole.as_ref().map(|(crop, _)| *crop)
     }
 
-    /// What the whole map says of itself, as the file states it.
+    /// The whole map's metadata, as the file states them.
     #[must_use]
     pub fn whole_metadata(&self) -> &Metadata {
         self.whole.as_ref().map_or(&self.metadata, |(_, whole)| whole)
@@ -249,7 +251,7 @@ impl<K: MapKind> KindReader<K> {
         self.container.in_file(check())
     }
 
-    /// What is stored of a pixel. Reads one tile.
+    /// The stored numbers of a pixel. Reads one tile.
     ///
     /// # Errors
     ///
@@ -322,7 +324,7 @@ impl<K: MapKind> KindReader<K> {
         map.finish(rect.width, rect.height)
     }
 
-    /// What all tiles of the finest level hold together. O(vertices); holds one
+    /// Counts of the contents of all tiles of the finest level. O(vertices); holds one
     /// tile.
     ///
     /// # Errors
@@ -330,8 +332,8 @@ impl<K: MapKind> KindReader<K> {
     /// What is wrong with a tile.
     pub fn summary(&self) -> Result<MapSummary> {
         match self.metadata.channels {
-            1 => K::summary::<f32>(self),
-            _ => K::summary::<Rgb>(self),
+            1 => K::summary(&FinestTiles::<K, f32>::new(self)),
+            _ => K::summary(&FinestTiles::<K, Rgb>::new(self)),
         }
     }
 
@@ -354,5 +356,33 @@ impl<K: MapKind> KindReader<K> {
             (Some(stored), _) => K::verify::<T>(stored, &self.keys),
             (None, _) => Ok(()),
         }
+    }
+}
+
+/// Level 0 of a map with `T`'s channels.
+struct FinestTiles<'a, K: MapKind, T> {
+    map: &'a KindReader<K>,
+    channels: PhantomData<T>,
+}
+
+impl<'a, K: MapKind, T> FinestTiles<'a, K, T> {
+    const fn new(map: &'a KindReader<K>) -> Self {
+        Self { map, channels: PhantomData }
+    }
+}
+
+impl<K: MapKind, T: Transmittance> MapTiles for FinestTiles<'_, K, T> {
+    type Tile = K::Tile<T>;
+
+    fn metadata(&self) -> &Metadata {
+        self.map.metadata()
+    }
+
+    fn directory(&self) -> Result<&TileDirectory> {
+        self.map.directory(0)
+    }
+
+    fn for_each_tile(&self, visit: impl FnMut(TileRect, K::Tile<T>) -> Result<()>) -> Result<()> {
+        self.map.for_each_tile::<T>(0, visit)
     }
 }

@@ -1,4 +1,4 @@
-//! What the tiles of a map hold together, in numbers.
+//! Counts of the contents of a map's tiles.
 
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
@@ -26,9 +26,9 @@ pub struct MapSummary {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SummaryValue {
-    /// How many there are of something.
+    /// A number of things.
     Count(u64),
-    /// How many there are in each of several places, such as levels.
+    /// Numbers of things in each of several places, such as levels.
     Counts(Vec<u64>),
 }
 

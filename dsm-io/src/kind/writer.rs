@@ -5,16 +5,16 @@ use std::path::Path;
 use dsm_core::Transmittance;
 
 use super::map_kind::MapKind;
-use super::map_tile::MapTile;
 use crate::achieved_error::AchievedError;
 use crate::error::{Error, Result, check_limit};
 use crate::format::encoded_tile::EncodedTile;
 use crate::format::level::Level;
 use crate::format::write::ContainerWriter;
 use crate::limits::Limits;
+use crate::map_tile::MapTile;
 use crate::metadata::Metadata;
 use crate::tile_id::TileId;
-use crate::writer::WriteOptions;
+use crate::write_options::WriteOptions;
 
 /// Writes a map of kind `K` tile by tile, as [`MapWriter`](crate::writer::MapWriter) a deep
 /// one: the file appears under its name when [`Self::finish`] has written all of it.
@@ -87,7 +87,7 @@ impl<K: MapKind> KindWriter<K> {
         self.container.levels()
     }
 
-    /// How tiles are encoded and packed, and the size of those of level 0.
+    /// The encoding and packing of tiles, and the size of those of level 0.
     #[must_use]
     pub const fn options(&self) -> &WriteOptions {
         &self.options

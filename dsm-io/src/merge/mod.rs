@@ -12,7 +12,7 @@ use crate::crop::Crop;
 use crate::error::{Error, Result};
 use crate::reader::MapReader;
 
-/// What was made of several maps.
+/// The operation that made one map of several, as [`merge`] reports it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum MergeReport {
@@ -21,7 +21,7 @@ pub enum MergeReport {
     Multiplied {
         /// The tolerance that the product states.
         tolerance: Tolerance,
-        /// How many other levels the maps had.
+        /// Number of other levels that the maps had.
         lost_levels: usize,
     },
     /// The maps were parts of one, which they are again.
@@ -50,6 +50,33 @@ pub enum MergeReport {
 /// same bytes whatever the number of threads. Where all maps are empty, a tile
 /// costs nothing. On an error `output` is what it was before; it may be one of
 /// the maps.
+///
+/// ```
+/// use dsm_core::{DeepMap, MapInfo, PixelListsBuilder, Progress, Vertex};
+/// use dsm_io::{Limits, MapReader, MergeReport, Metadata, WriteOptions, merge, write_map};
+/// # use dsm_io::detail::AchievedError;
+///
+/// // Two maps of one pixel, of half and a quarter of the light past depth 2.
+/// let folder = tempfile::tempdir()?;
+/// let mut maps = Vec::new();
+/// for left in [0.5, 0.25] {
+///     let mut pixels = PixelListsBuilder::<f32>::new(1, 1);
+///     pixels.push(Vertex::new(2.0, 1.0));
+///     pixels.push(Vertex::new(2.0, left));
+///     pixels.finish_pixel()?;
+///     let map = DeepMap::new(MapInfo::default(), pixels.finish()?);
+///     let path = folder.path().join(format!("{left}.dsm"));
+///     let metadata = Metadata::new(1, 1, 1, MapInfo::default());
+///     write_map(&path, metadata, &map, AchievedError::NONE, WriteOptions::default())?;
+///     maps.push(MapReader::open(&path, &Limits::default())?);
+/// }
+/// let output = folder.path().join("both.dsm");
+/// let report = merge(&maps, &output, None, Progress::ignore)?;
+/// assert!(matches!(report, MergeReport::Multiplied { .. }));
+/// let both = MapReader::open(&output, &Limits::default())?.read_map::<f32>(0)?;
+/// assert_eq!(both.pixel(0, 0).at(3.0), 0.125);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// # Errors
 ///

@@ -1,18 +1,25 @@
-//! How a pyramid is cut up, and which error each part of the work may add.
+//! The plan of a pyramid: its parts, and the error that each may add.
 
 use dsm_core::Tolerance;
 use dsm_core::detail::MipPyramid;
 
 use crate::error::{Error, Result};
 
-/// Which levels a pyramid has, and how much each may be off.
+/// Levels of a pyramid, and the error bound of each.
+///
+/// ```
+/// use dsm_io::PyramidOptions;
+///
+/// let options = PyramidOptions::default().with_levels(4).with_tolerance_scale(1.0);
+/// assert_eq!((options.levels, options.tolerance_scale), (4, 1.0));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PyramidOptions {
-    /// How many levels the map has at most, with level 0. Default: all, down
+    /// The maximum number of levels, level 0 included. Default: all, down
     /// to 1 × 1.
     pub levels: u32,
-    /// What the tolerance of a level is multiplied with for the next; see
+    /// The factor from the tolerance of a level to that of the next; see
     /// [`Tolerance::of_level`]. In (0, 1], by default ½.
     pub tolerance_scale: f32,
 }
@@ -24,14 +31,13 @@ impl Default for PyramidOptions {
 }
 
 impl PyramidOptions {
-    /// The same with at most `levels` levels, with level 0.
+    /// Sets the maximum number of levels, level 0 included.
     #[must_use]
     pub const fn with_levels(self, levels: u32) -> Self {
         Self { levels, ..self }
     }
 
-    /// The same with tolerances that are multiplied by `scale` from level to
-    /// level.
+    /// Sets the factor of tolerances from level to level.
     #[must_use]
     pub const fn with_tolerance_scale(self, scale: f32) -> Self {
         Self { tolerance_scale: scale, ..self }

@@ -15,7 +15,8 @@ use crate::format::directory::TileDirectory;
 use crate::reader::MapReader;
 use crate::tile::Tile;
 use crate::tile_id::TileId;
-use crate::writer::{MapWriter, WriteOptions};
+use crate::write_options::WriteOptions;
+use crate::writer::MapWriter;
 
 /// Writes `map` to `output` with the levels of a pyramid that `options` ask
 /// for; any it has already are replaced. `progress` is told how many of how

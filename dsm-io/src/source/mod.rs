@@ -1,4 +1,4 @@
-//! Where a file's bytes come from.
+//! Sources of a file's bytes.
 
 pub(crate) mod mapped;
 pub(crate) mod memory;

@@ -29,7 +29,7 @@ pub(crate) struct BakeFlags {
     /// The map to write
     #[arg(short, long = "output", value_name = "MAP.dsm", value_parser = values::dsm_file())]
     output: PathBuf,
-    /// What kind of map
+    /// The kind of map
     #[arg(long, default_value = "deep", value_parser = kind())]
     kind: Kind,
     /// Width and height of the map in pixels; one number: a square
@@ -46,33 +46,33 @@ pub(crate) struct BakeFlags {
     /// The full width of the pixel filter, in pixels [default: 1, of a tent 2]
     #[arg(long, value_name = "PIXELS", value_parser = values::finite)]
     filter_width: Option<f32>,
-    /// How far the light may be off at any depth, in [0, 1); auto is
+    /// Error bound of the transmittance at any depth, in [0, 1); auto is
     /// 0.25/√N for the N samples under the filter, of kind mtsm 0.02
     #[arg(long, value_name = "auto|E", default_value = "auto", allow_negative_numbers = true)]
     #[arg(value_parser = values::auto_tolerance)]
     tolerance: values::AutoTolerance,
-    /// The most layers of a pixel, the nearest ones, of kinds fragments, layers and
+    /// The maximum number of layers of a pixel, the nearest ones, of kinds fragments, layers and
     /// mtsm [default: of fragments all, else 32]
     #[arg(long, value_name = "K")]
     #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(1..=1 << 20))]
     layers: Option<u32>,
-    /// Places along a side of a pixel that are looked at, of kind fragments
+    /// Sample places along a side of a pixel, of kind fragments
     /// [default: 8]
     #[arg(long, value_name = "1|2|4|8", value_parser = coverage)]
     coverage: Option<u32>,
-    /// How often the light left in a pixel is set to 1 again after it has come
-    /// to 0, of kind mtsm [default: 4]
+    /// Maximum number of times that a pixel's transmittance starts again at 1
+    /// after it has come to 0, of kind mtsm [default: 4]
     #[arg(long, value_name = "R")]
     #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(0..=1 << 20))]
     resets: Option<u32>,
-    /// Whether the light has a colour; auto: if anything in the scene has
+    /// One channel, or three for colours; auto: three if the scene has colours
     #[arg(long, value_enum, default_value = "auto")]
     channels: ChannelsName,
-    /// Whether depths and values are kept as they are, or rounded to grids
-    /// within the tolerance and stored as small numbers
+    /// Encoding of depths and values: exact, or rounded to grids within the
+    /// tolerance and stored as small numbers
     #[arg(long, value_enum, default_value = "exact")]
     codec: values::CodecName,
-    /// How the tiles are packed
+    /// Packing of tiles
     #[arg(long, value_enum, default_value = "zstd")]
     block: values::BlockName,
     /// Width and height of a tile, in pixels
@@ -87,7 +87,7 @@ pub(crate) struct BakeFlags {
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = values::crop)]
     #[arg(conflicts_with = "mip")]
     crop: Option<[u32; 4]>,
-    /// Where the samples lie is a function of this and of the pixel
+    /// Seed of the samples' places, with the pixel
     #[arg(long, value_name = "N", default_value = "0")]
     seed: u64,
     #[command(flatten)]
@@ -121,7 +121,7 @@ enum ChannelsName {
     Rgb,
 }
 
-/// What `bake` was asked.
+/// A checked `bake`.
 #[derive(Debug)]
 pub(crate) struct Bake {
     pub(crate) scene: PathBuf,

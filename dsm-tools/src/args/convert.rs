@@ -29,13 +29,13 @@ pub(crate) struct ConvertFlags {
     /// The map (.dsm) or, if IN is one, the deep image (.exr) to write
     #[arg(value_name = "OUT", value_parser = values::map_file())]
     output: PathBuf,
-    /// How far the light may be off at any depth, in [0, 1); 0 copies
+    /// Error bound of the transmittance at any depth, in [0, 1); 0 copies
     /// [default: 0; of an .exr 1e-5, at least 1e-6].
     /// Of a .dsm this is added to what it states already
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     #[arg(value_parser = values::tolerance)]
     tolerance: Option<Tolerance>,
-    /// How the tiles of a .dsm are packed [default: zstd]
+    /// Packing of the tiles of a .dsm [default: zstd]
     #[arg(long, value_enum)]
     block: Option<values::BlockName>,
     /// Width and height of tiles, in pixels [default: 64]
@@ -45,14 +45,14 @@ pub(crate) struct ConvertFlags {
     /// The part of an .exr to read [default: the first deep one]
     #[arg(long, value_name = "NAME")]
     part: Option<String>,
-    /// How the pixels of an .exr are stored [default: scanline]
+    /// Layout of the pixels of an .exr [default: scanline]
     #[arg(long, value_enum)]
     exr_layout: Option<LayoutName>,
-    /// How the opacities of an .exr are stored; half rounds them to 11 bits
+    /// Type of the opacities of an .exr; half rounds them to 11 bits
     /// [default: float]
     #[arg(long, value_enum)]
     exr_type: Option<TypeName>,
-    /// How an .exr is compressed [default: zips]
+    /// Compression of an .exr [default: zips]
     #[arg(long, value_enum)]
     exr_compression: Option<CompressionName>,
     #[command(flatten)]
@@ -84,7 +84,7 @@ enum CompressionName {
     None,
 }
 
-/// What `convert` was asked.
+/// A checked `convert`.
 #[derive(Debug)]
 pub(crate) struct Convert {
     pub(crate) input: PathBuf,
@@ -96,7 +96,7 @@ pub(crate) struct Convert {
     pub(crate) quiet: bool,
 }
 
-/// What to write; the name of the output decides.
+/// The output format, by the output's name.
 #[derive(Debug)]
 pub(crate) enum ConvertTarget {
     Map(ConvertOptions),

@@ -11,7 +11,7 @@ Examples:
 /// Shows what the program does: bakes a ball of hair and looks into the map
 ///
 /// Bakes builtin:hairball, adds the mip levels, verifies the file, plots a
-/// pixel, draws the light that is left half way through, renders the ball
+/// pixel, draws the transmittance half way through, renders the ball
 /// without and with the shadow it casts on itself, and says how long each step
 /// took.
 #[derive(Debug, Args)]
@@ -25,7 +25,7 @@ pub(crate) struct DemoFlags {
     quiet: bool,
 }
 
-/// What `demo` was asked.
+/// A checked `demo`.
 #[derive(Debug)]
 pub(crate) struct Demo {
     pub(crate) folder: PathBuf,

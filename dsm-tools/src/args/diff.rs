@@ -32,7 +32,7 @@ pub(crate) struct DiffFlags {
     quiet: bool,
 }
 
-/// What `diff` was asked.
+/// A checked `diff`.
 #[derive(Debug)]
 pub(crate) struct Diff {
     pub(crate) files: [PathBuf; 2],

@@ -10,7 +10,7 @@ pub(super) fn level(text: &str) -> Result<LevelChoice, String> {
     match text.parse::<f64>() {
         _ if text == "auto" => Ok(LevelChoice::Auto),
         Ok(level) if (0.0..f64::INFINITY).contains(&level) => Ok(LevelChoice::Fixed(level)),
-        _ => Err("must be auto or a number, at least 0".to_owned()),
+        _ => Err("must be auto or a number from 0 on".to_owned()),
     }
 }
 
@@ -42,7 +42,7 @@ impl FilterName {
     }
 }
 
-/// What a filter of this width averages; none stands for the least.
+/// The footprint of a filter of this width; none stands for the minimum.
 pub(super) fn footprint(filter: FilterName, width: Option<f32>) -> Result<Footprint, String> {
     match (filter.shape(), width) {
         (None, None) => Ok(Footprint::Point),

@@ -34,7 +34,7 @@ pub(crate) struct InspectFlags {
     #[arg(long, value_name = "OUT", requires = "pixel")]
     #[arg(value_parser = values::image_file([ImageFormat::Svg, ImageFormat::Png]))]
     plot: Option<ImageFile>,
-    /// Take the light that is left at depth Z, in scene units ...
+    /// Take the transmittance at depth Z, in scene units ...
     #[arg(long, value_name = "Z", requires = "image", allow_negative_numbers = true)]
     #[arg(value_parser = values::depth)]
     slice: Option<f32>,
@@ -51,7 +51,7 @@ pub(crate) struct SliceFile {
     pub(crate) image: ImageFile,
 }
 
-/// What `inspect` was asked.
+/// A checked `inspect`.
 #[derive(Debug)]
 pub(crate) struct Inspect {
     pub(crate) file: PathBuf,

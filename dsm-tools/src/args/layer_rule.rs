@@ -5,15 +5,15 @@ use deepshadow::{LeafRule, TraceMethod};
 
 use super::values;
 
-/// How rays meet layers that have a depth alone.
+/// Rules by which rays meet layers that have a depth alone.
 #[derive(Clone, Copy, Debug, Args)]
 pub(super) struct LayerFlags {
-    /// What a ray loses at each sample of a layer: the same share of its light
+    /// Loss of a ray at each sample of a layer: the same share of its light
     /// (v_i / v_i-1)^(1 / count), or dv = (v_i-1 - v_i) / count (trace, of kind
     /// mtsm or layers) [default: ratio]
     #[arg(long, value_enum)]
     rule: Option<RuleName>,
-    /// How far a sample reaches in depth to either side, in scene units (trace,
+    /// Reach of a sample in depth to either side, in scene units (trace,
     /// of kind mtsm or layers) [default: 0]
     #[arg(long, value_name = "Z", allow_negative_numbers = true)]
     #[arg(value_parser = values::length)]
@@ -27,15 +27,15 @@ enum RuleName {
 }
 
 impl LayerFlags {
-    /// What is said of them where no layers are traced.
+    /// The refusal of the switches where no layers are traced.
     pub(super) const NOT_TRACED: &str = "--rule and --z-threshold are for --method trace";
 
-    /// Whether any was given.
+    /// True if any was given.
     pub(super) const fn is_given(self) -> bool {
         self.rule.is_some() || self.z_threshold.is_some()
     }
 
-    /// The method with what they ask for.
+    /// The method with these rules.
     pub(super) fn set(self, mut method: TraceMethod) -> TraceMethod {
         if let Some(rule) = self.rule {
             method = method.with_rule(match rule {

@@ -6,6 +6,7 @@ use clap::builder::RangedU64ValueParser;
 use clap::{Args, ValueEnum};
 use deepshadow::{Bias, FilterMethod, Footprint, LevelChoice, Method, PcfMethod, TraceMethod};
 
+use super::far_table::FarTableName;
 use super::filtering::{self, FilterName};
 use super::layer_rule::LayerFlags;
 use super::values::{self, Effort};
@@ -16,11 +17,11 @@ Examples:
   dsm-tools lookup map.dsm --points pixels.csv --space raster --level auto
   dsm-tools lookup layers.dsm --points points.csv --rays 64 --light-size 1x0.5";
 
-/// Answers how much light reaches each of many points
+/// Looks up the shadow factor of each of many points
 ///
 /// Reads points from a CSV file whose header names columns x, y and z, and
-/// prints one line of CSV a point, in order: the fraction of light that is
-/// left (v), or of each colour (r,g,b). A point outside the map, behind the
+/// prints one line of CSV a point, in order: its transmittance (v), or one for
+/// each colour (r,g,b). A point outside the map, behind the
 /// camera or with a NaN is lit: 1.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
@@ -30,13 +31,13 @@ pub(crate) struct LookupFlags {
     /// The points, as CSV
     #[arg(long, value_name = "P.csv")]
     points: PathBuf,
-    /// What x, y and z are: a position in the scene; or a position in the map
+    /// The space of x, y and z: a position in the scene; or a position in the map
     /// in pixels, and the depth
     #[arg(long, value_enum, default_value_t = Space::World)]
     space: Space,
-    /// How the light is found: by filtering (of a map of kind mtsm the first
-    /// runs, of kind layers all); by shadow rays from the point to the light through a layered map;
-    /// or by percentage closer filtering over the light's outline in a layered
+    /// The method: filtering (of a map of kind mtsm the first
+    /// runs, of kind layers all); shadow rays from the point to the light through a layered map; or
+    /// percentage closer filtering over the light's outline in a layered
     /// map [default: filter, of layered maps trace]
     #[arg(long, value_enum)]
     method: Option<MethodName>,
@@ -50,16 +51,20 @@ pub(crate) struct LookupFlags {
     light_size: Option<[f32; 2]>,
     #[command(flatten)]
     layers: LayerFlags,
-    /// Which points of the light are taken is a function of this and of the
-    /// point's number (trace, pcf)
+    /// Sums of optical depth in place of far fragments, for speed; auto: if a
+    /// trial on the map's receivers finds no difference that matters (trace, of
+    /// kind fragments) [default: auto]
+    #[arg(long, value_enum)]
+    far_table: Option<FarTableName>,
+    /// Seed of the points of the light, with the point's number (trace, pcf)
     #[arg(long, value_name = "N", default_value = "0")]
     seed: u64,
-    /// Which pixels are averaged: the one that contains the point, or all
-    /// that a filter around it reaches
+    /// The filter: point reads the pixel that contains the point, the others
+    /// average all pixels that they reach around it
     #[arg(long, value_enum, default_value_t = FilterName::Point)]
     filter: FilterName,
-    /// Full width of the filter in pixels of level 0, at least 1, of a tent 2
-    /// [default: the least]
+    /// Full width of the filter in pixels of level 0; the minimum is 1, of a
+    /// tent 2 [default: the minimum]
     #[arg(long, value_name = "W", allow_negative_numbers = true)]
     width: Option<f32>,
     /// Level of the map's pyramid that is read, 0 being the finest; between
@@ -68,15 +73,14 @@ pub(crate) struct LookupFlags {
     #[arg(long, value_name = "L|auto", default_value = "0", allow_negative_numbers = true)]
     #[arg(value_parser = filtering::level)]
     level: LevelChoice,
-    /// Depth that is taken off each point's, in scene units (filter, pcf)
-    /// [default: 0]; or the length of a ray at the point that meets nothing
-    /// (trace) [default: a pixel's side at the point's depth; of fragments a
-    /// share of the ray]
+    /// Depth bias in scene units (filter, pcf) [default: 0]; or ray offset, the
+    /// distance from the point at which rays begin (trace) [default: a pixel's
+    /// side at the point's depth; of fragments an eighth of it]
     #[arg(long, value_name = "B", allow_negative_numbers = true)]
     #[arg(value_parser = values::finite)]
     bias: Option<f32>,
     /// Print {points, rays, open_s, lookup_s} as a line of JSON on stderr, and
-    /// how many rays left the map or began beside the light
+    /// the numbers of rays outside the map and of points behind the light
     #[arg(long)]
     stats: bool,
     #[command(flatten)]
@@ -93,14 +97,14 @@ pub(crate) enum MethodName {
     Pcf,
 }
 
-/// What the coordinates of points mean.
+/// The space of the coordinates of points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Space {
     World,
     Raster,
 }
 
-/// What `lookup` was asked.
+/// A checked `lookup`.
 #[derive(Debug)]
 pub(crate) struct Lookup {
     pub(crate) map: PathBuf,
@@ -116,6 +120,7 @@ pub(crate) struct Lookup {
     /// Switches that were given, of rays and of filters.
     has_rays: bool,
     has_rules: bool,
+    has_far_table: bool,
     has_filter: bool,
     has_start_before_point: bool,
     pub(crate) stats: bool,
@@ -129,8 +134,9 @@ impl TryFrom<LookupFlags> for Lookup {
     fn try_from(flags: LookupFlags) -> Result<Self, String> {
         let LookupFlags { map, points, space, filter, width, level, bias, stats, effort, .. } =
             flags;
-        let LookupFlags { method, rays, light_size, layers, seed, quiet, .. } = flags;
+        let LookupFlags { method, rays, light_size, layers, far_table, seed, quiet, .. } = flags;
         let footprint = filtering::footprint(filter, width)?;
+        let trace = layers.set(with_start(TraceMethod::new(rays.unwrap_or(RAYS)), bias));
         let request = Self {
             map,
             points,
@@ -139,10 +145,11 @@ impl TryFrom<LookupFlags> for Lookup {
             light_size,
             seed,
             filter: FilterMethod { footprint, level, bias: Bias::Depth(bias.unwrap_or(0.0)) },
-            trace: layers.set(with_start(TraceMethod::new(rays.unwrap_or(RAYS)), bias)),
+            trace: far_table.map_or(trace, |table| trace.with_far_table(table.into())),
             pcf: PcfMethod::new(rays.unwrap_or(RAYS)).with_bias(bias.unwrap_or(0.0).into()),
             has_rays: rays.is_some() || light_size.is_some(),
             has_rules: layers.is_given(),
+            has_far_table: far_table.is_some(),
             has_filter: footprint != Footprint::Point || level != LevelChoice::FINEST,
             has_start_before_point: bias.is_some_and(|bias| bias < 0.0),
             stats,
@@ -157,7 +164,7 @@ impl TryFrom<LookupFlags> for Lookup {
 }
 
 impl Lookup {
-    /// The method that was asked for, or else `default`.
+    /// The method of the switches, or else `default`.
     ///
     /// # Errors
     ///
@@ -177,11 +184,14 @@ impl Lookup {
         if self.has_rules && method != MethodName::Trace {
             return Err(LayerFlags::NOT_TRACED.to_owned());
         }
+        if self.has_far_table && method != MethodName::Trace {
+            return Err(FarTableName::NOT_TRACED.to_owned());
+        }
         if self.has_filter && method != MethodName::Filter {
             return Err("--filter and --level are for --method filter".to_owned());
         }
         if self.has_start_before_point && method == MethodName::Trace {
-            return Err("--bias: a ray does not start before its point".to_owned());
+            return Err("--bias: a ray offset is not negative".to_owned());
         }
         Ok(match method {
             MethodName::Filter => self.filter.into(),
@@ -191,7 +201,7 @@ impl Lookup {
     }
 }
 
-/// Rays or taps unless another number is asked for.
+/// The default number of rays or taps.
 const RAYS: u32 = 256;
 
 fn with_start(method: TraceMethod, bias: Option<f32>) -> TraceMethod {

@@ -14,8 +14,7 @@ Examples:
 
 /// Makes one map of several
 ///
-/// Maps of the same pixels are multiplied: the light that gets past all of
-/// them. merge is exact where coverage is uncorrelated (two opaque halves of
+/// Maps of the same pixels are multiplied: the transmittance of all of them. merge is exact where coverage is uncorrelated (two opaque halves of
 /// one pixel multiply to ¼, truth ½ or 0). Crops of one map, which together
 /// cover it, are put together as they are.
 #[derive(Debug, Args)]
@@ -27,7 +26,7 @@ pub(crate) struct MergeFlags {
     /// The map to write; it may be one of the others
     #[arg(short, long, value_name = "OUT", value_parser = values::dsm_file())]
     output: PathBuf,
-    /// How far the light may be off at any depth, in [0, 1), on top of what
+    /// Error bound of the transmittance at any depth, in [0, 1), on top of what
     /// the maps state; 0 keeps every step [default: 0]. Not for crops
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     #[arg(value_parser = values::tolerance)]
@@ -42,7 +41,7 @@ pub(crate) struct MergeFlags {
     quiet: bool,
 }
 
-/// What `merge` was asked.
+/// A checked `merge`.
 #[derive(Debug)]
 pub(crate) struct Merge {
     pub(crate) maps: Vec<PathBuf>,

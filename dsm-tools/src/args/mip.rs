@@ -28,10 +28,10 @@ pub(crate) struct MipFlags {
     /// The map to write; may be IN, which is replaced then
     #[arg(short, long, value_name = "OUT", value_parser = values::dsm_file())]
     output: PathBuf,
-    /// Levels that OUT has at most, with level 0 [default: down to 1 × 1]
+    /// Maximum number of levels of OUT, with level 0 [default: down to 1 × 1]
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<u32>::new().range(1..=64))]
     levels: Option<u32>,
-    /// What the tolerance is multiplied with from level to level, in (0, 1];
+    /// Factor of the tolerance from level to level, in (0, 1];
     /// no level is held to less than 1e-4
     #[arg(long, value_name = "S", default_value_t = 0.5, allow_negative_numbers = true)]
     #[arg(value_parser = values::scale)]
@@ -46,7 +46,7 @@ pub(crate) struct MipFlags {
     quiet: bool,
 }
 
-/// What `mip` was asked.
+/// A checked `mip`.
 #[derive(Debug)]
 pub(crate) struct Mip {
     pub(crate) input: PathBuf,

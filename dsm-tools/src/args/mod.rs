@@ -1,9 +1,10 @@
-//! What was typed, and what it asks for.
+//! The command line, parsed and checked.
 
 mod bake;
 mod convert;
 mod demo;
 mod diff;
+mod far_table;
 mod filtering;
 mod inspect;
 mod layer_rule;
@@ -55,8 +56,7 @@ enum Command {
     Verify(verify::VerifyFlags),
 }
 
-/// What the program was asked to do, with everything checked that can be
-/// without opening a file.
+/// A request, with everything checked that can be without opening a file.
 #[derive(Debug)]
 pub(crate) enum Request {
     Bake(Box<Bake>),

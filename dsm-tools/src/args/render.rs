@@ -6,6 +6,7 @@ use clap::builder::RangedU64ValueParser;
 use clap::{Args, ValueEnum};
 use deepshadow::{Bias, FilterMethod, LevelChoice, Method as MapMethod, PcfMethod, TraceMethod};
 
+use super::far_table::FarTableName;
 use super::filtering::{self, FilterName};
 use super::layer_rule::LayerFlags;
 use super::values::{self, Effort, ImageFile, ImageFormat};
@@ -37,7 +38,7 @@ pub(crate) struct RenderFlags {
     /// with media in the scene or a --rule of kind mtsm]
     #[arg(long, value_name = "MAP.dsm", value_parser = values::dsm_file())]
     map: Option<PathBuf>,
-    /// Where the shadows come from: filtered lookups in the deep map; shadow rays
+    /// The source of shadows: filtered lookups in the deep map; shadow rays
     /// through a layered map; percentage closer filtering of a
     /// plain shadow map or, with --map, over the light's outline in a layered
     /// one; or rays through the scene
@@ -63,34 +64,39 @@ pub(crate) struct RenderFlags {
     light_size: Option<[f32; 2]>,
     #[command(flatten)]
     layers: LayerFlags,
-    /// Which pixels of the map are averaged around a point (filter)
+    /// Sums of optical depth in place of far fragments, for speed; auto: if a
+    /// trial on the map's receivers finds no difference that matters (trace, of
+    /// kind fragments) [default: auto]
+    #[arg(long, value_enum)]
+    far_table: Option<FarTableName>,
+    /// The filter over the map's pixels around a point (filter)
     #[arg(long, value_enum, default_value = "tent")]
     filter: FilterName,
-    /// Full width of the filter in pixels of the map's level 0, at least 1, of a
-    /// tent 2 (filter, pcf: there 1) [default: the least]
+    /// Full width of the filter in pixels of the map's level 0; the minimum is 1,
+    /// of a tent 2 (filter; pcf: any above 0) [default: the minimum; pcf: 1]
     #[arg(long, value_name = "W", allow_negative_numbers = true)]
     width: Option<f32>,
     /// Level of the map's pyramid that is read, or auto (filter)
     #[arg(long, value_name = "L|auto", default_value = "0", allow_negative_numbers = true)]
     #[arg(value_parser = filtering::level)]
     level: LevelChoice,
-    /// Depth that is taken off each point's, in scene units; auto: what the
-    /// slope of its surface and the map's pixels ask for (filter, pcf); the
-    /// length of a ray at the point that meets nothing; auto: a pixel's side
-    /// there, of fragments a share of the ray (trace; pcf with --map)
+    /// Depth bias in scene units; auto: by the slope of each point's surface and
+    /// the map's pixels (filter, pcf); or ray offset, the distance from the
+    /// point at which rays begin; auto: a pixel's side there, of fragments an
+    /// eighth of it (trace; pcf with --map: a depth bias)
     #[arg(long, value_name = "auto|B", default_value = "auto", allow_negative_numbers = true)]
     #[arg(value_parser = filtering::bias)]
     bias: Bias,
     /// The shadow factor alone, unshaded
     #[arg(long)]
     factor: bool,
-    /// Tell how far the picture is from this one, of the same size
+    /// Print the error against this picture of the same size
     #[arg(long, value_name = "REF.exr", value_parser = values::exr_file())]
     compare: Option<PathBuf>,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
-    /// Which rays are taken is a function of this and of the pixel
+    /// Seed of the rays, with the pixel
     #[arg(long, value_name = "N", default_value = "0")]
     seed: u64,
     #[command(flatten)]
@@ -109,7 +115,7 @@ enum MethodName {
     Reference,
 }
 
-/// Where shadows come from.
+/// A source of shadows.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Method {
     /// A map: a file, or one that is baked first.
@@ -121,7 +127,7 @@ pub(crate) enum Method {
 }
 
 impl Method {
-    /// As the command line spells it.
+    /// The method's name on the command line.
     pub(crate) const fn name(&self) -> &'static str {
         match self {
             Self::Map { method, .. } => method.name(),
@@ -131,7 +137,7 @@ impl Method {
     }
 }
 
-/// What `render` was asked.
+/// A checked `render`.
 #[derive(Debug)]
 pub(crate) struct Render {
     pub(crate) scene: PathBuf,
@@ -156,6 +162,9 @@ impl TryFrom<RenderFlags> for Render {
         if flags.layers.is_given() && flags.method != MethodName::Trace {
             return Err(LayerFlags::NOT_TRACED.to_owned());
         }
+        if flags.far_table.is_some() && flags.method != MethodName::Trace {
+            return Err(FarTableName::NOT_TRACED.to_owned());
+        }
         let method = match flags.method {
             MethodName::Filter => {
                 let footprint = filtering::footprint(filter, width)?;
@@ -164,10 +173,14 @@ impl TryFrom<RenderFlags> for Render {
             MethodName::Trace => {
                 let method = match depth(bias) {
                     Some(start) if start < 0.0 => {
-                        return Err("--bias: a ray does not start before its point".to_owned());
+                        return Err("--bias: a ray offset is not negative".to_owned());
                     }
                     Some(start) => TraceMethod::new(rays).with_start(start),
                     None => TraceMethod::new(rays),
+                };
+                let method = match flags.far_table {
+                    Some(table) => method.with_far_table(table.into()),
+                    None => method,
                 };
                 Method::Map { map, method: flags.layers.set(method).into() }
             }
@@ -214,7 +227,7 @@ impl TryFrom<RenderFlags> for Render {
     }
 }
 
-/// What is taken off depths; none for auto.
+/// The depth bias; none for auto.
 fn depth(bias: Bias) -> Option<f64> {
     match bias {
         Bias::Depth(depth) => Some(depth.into()),

@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use deepshadow::Tolerance;
 use deepshadow::files::{Block, Codec};
 
-/// How much of the machine a command takes.
+/// Use of the machine.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct Effort {
     /// Threads to work with [default: all cores]
@@ -15,7 +15,7 @@ pub(crate) struct Effort {
     pub(crate) threads: Option<usize>,
 }
 
-/// How the tiles of a map are packed.
+/// Packings of tiles.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(super) enum BlockName {
     None,
@@ -31,7 +31,7 @@ impl From<BlockName> for Block {
     }
 }
 
-/// How the tiles of a map are encoded.
+/// Encodings of tiles.
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 pub(super) enum CodecName {
     Exact,
@@ -120,7 +120,7 @@ pub(super) fn exr_file() -> impl TypedValueParser<Value = PathBuf> {
     })
 }
 
-/// Whether the name is that of an OpenEXR.
+/// True if the name is that of an OpenEXR.
 pub(super) fn is_exr(path: &Path) -> bool {
     extension(path).as_deref() == Some("exr")
 }
@@ -151,7 +151,7 @@ pub(super) fn tolerance(text: &str) -> Result<Tolerance, String> {
     number(text).and_then(|epsilon| Tolerance::new(epsilon).map_err(|error| error.to_string()))
 }
 
-/// What shrinks tolerances, or leaves them.
+/// A factor of tolerances.
 pub(super) fn scale(text: &str) -> Result<f32, String> {
     number(text).and_then(|scale| {
         let is_scale = 0.0 < scale && scale <= 1.0;

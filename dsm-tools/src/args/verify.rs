@@ -38,7 +38,7 @@ pub(crate) struct VerifyFlags {
     quiet: bool,
 }
 
-/// What `verify` was asked.
+/// A checked `verify`.
 #[derive(Debug)]
 pub(crate) struct Verify {
     pub(crate) files: Vec<PathBuf>,

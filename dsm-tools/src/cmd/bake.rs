@@ -53,7 +53,7 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
     .print(request.json, request.quiet)
 }
 
-/// What `--json` tells besides the file.
+/// The command's part of the JSON document.
 #[derive(Clone, Copy, Serialize)]
 struct Details {
     tolerance: f32,

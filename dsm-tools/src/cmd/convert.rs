@@ -13,7 +13,7 @@ use crate::parallel::with_threads;
 /// Channels that a map keeps, as depth and opacity.
 const KEPT: [&str; 9] = ["Z", "ZBack", "A", "AR", "AG", "AB", "RA", "GA", "BA"];
 
-/// What `--json` tells besides the file.
+/// The command's part of the JSON document.
 #[derive(Serialize)]
 struct Details {
     /// Samples of the image that was read or written; of a map 0.

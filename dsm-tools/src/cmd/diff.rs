@@ -11,7 +11,7 @@ use crate::args::Diff;
 use crate::output::progress::Watch;
 use crate::parallel::with_threads;
 
-/// What `--json` prints.
+/// The JSON document.
 #[derive(Serialize)]
 struct Outcome {
     max: f64,

@@ -100,7 +100,7 @@ pub(crate) fn plot_pixel<T: Transmittance>(
     write_file(&file.path, &drawn)
 }
 
-/// Draws the light that is left at a depth.
+/// Draws the transmittance at a depth.
 pub(crate) fn write_slice<T: Transmittance>(map: &DeepMap<T>, file: &SliceFile) -> Result<()> {
     let slice = Slice::new(map, file.depth)?;
     let encoded = match file.image.format {

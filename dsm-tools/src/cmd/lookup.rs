@@ -22,7 +22,7 @@ const CHUNK: usize = 1 << 16;
 /// Points whose lines one task writes.
 const TASK: usize = 1 << 10;
 
-/// What `--stats` prints.
+/// The counts that `--stats` prints.
 #[derive(Serialize)]
 struct Statistics {
     points: u64,
@@ -38,7 +38,7 @@ struct Statistics {
     /// Rays of points that lie no deeper than the light.
     #[serde(skip_serializing_if = "Option::is_none")]
     points_behind_light: Option<u64>,
-    /// Whether a far table was used.
+    /// True if a far table was used.
     #[serde(skip_serializing_if = "Option::is_none")]
     far_table: Option<bool>,
 }

@@ -9,7 +9,7 @@ use crate::output::progress::Watch;
 use crate::output::written::{Written, channels_name};
 use crate::parallel::with_threads;
 
-/// What `--json` tells besides the file.
+/// The command's part of the JSON document.
 #[derive(Serialize)]
 struct Details {
     /// How the maps became one: `product` or `crops`.

@@ -1,4 +1,4 @@
-//! The commands: what each does, once it is known what is asked.
+//! The commands, each from a checked request.
 
 pub(crate) mod bake;
 pub(crate) mod convert;

@@ -28,7 +28,7 @@ const RESOLUTION: u32 = 512;
 const SAMPLES: u32 = 16;
 const TOLERANCE: f32 = 0.01;
 
-/// What `--json` prints.
+/// The JSON document.
 #[derive(Serialize)]
 struct Report<'a> {
     output: &'a Path,
@@ -217,7 +217,16 @@ impl RenderJob<'_> {
     fn settings(&self, method: MapMethod) -> Result<deepshadow::Bake> {
         let settings = deepshadow::Bake::new([RESOLUTION; 2])?.with_seed(self.request.seed);
         let MapMethod::Filter(filter) = method else {
-            return Ok(settings.with_kind(Kind::for_area_lights(self.scene.has_media(), &method)));
+            let kind = Kind::for_area_lights(self.scene.has_media(), &method);
+            if matches!(method, MapMethod::Trace(trace) if trace.far_table.is_some())
+                && kind != Kind::FRAGMENTS
+            {
+                bail!(
+                    "--far-table is for maps of kind fragments; this picture needs kind {}",
+                    kind.name()
+                );
+            }
+            return Ok(settings.with_kind(kind));
         };
         let settings = settings.with_samples(SAMPLES).with_tolerance(Tolerance::new(TOLERANCE)?);
         Ok(if filter.level == LevelChoice::FINEST {

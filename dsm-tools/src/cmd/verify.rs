@@ -12,7 +12,7 @@ use crate::args::Verify;
 use crate::output::progress::Watch;
 use crate::parallel::with_threads;
 
-/// What `--json` prints.
+/// The JSON document.
 #[derive(Serialize)]
 struct Outcome {
     ok: bool,

@@ -66,7 +66,7 @@ fn layered_maps_are_baked_traced_and_filtered() {
         let answer = run!("lookup", map, "--points", points, "--rays", "16", "--stats");
         let statistics: Value = serde_json::from_str(&answer.stderr).unwrap();
         assert_eq!(statistics["rays"], 80);
-        assert_eq!(statistics["beside"], 16, "the NaN: {statistics}");
+        assert_eq!(statistics["points_behind_light"], 16, "the NaN: {statistics}");
         let threads = ["1", "3"]
             .map(|threads| run!("lookup", map, "--points", points, "--threads", threads).stdout());
         assert_eq!(threads[0], threads[1]);
@@ -131,6 +131,51 @@ fn fragments_are_baked_traced_and_shown() {
     assert!(asked(&["--coverage", "1"]).stdout().contains("256 samples met"));
     let told = run!("inspect", map, "--json").json();
     assert_eq!((&told["kind"], &told["samples"]), (&json!("fragments"), &json!(1)));
+}
+
+#[test]
+fn the_far_table_is_a_switch_of_traced_fragments() {
+    let folder = Folder::new();
+    let (scene, points, map) = (scene(&folder, "0.75"), points(&folder), folder.path("f.dsm"));
+    run!("bake", scene, "-o", map, "--kind", "fragments", "--resolution", "32").stdout();
+    let used = |value: &str| {
+        let answer = run!("lookup", map, "--points", points, "--far-table", value, "--stats");
+        let statistics: Value = serde_json::from_str(&answer.stderr).unwrap();
+        statistics["far_table"].as_bool()
+    };
+    assert_eq!((used("on"), used("off")), (Some(true), Some(false)));
+    assert!(used("auto").is_some());
+    let picture = folder.path("p.exr");
+    let trace =
+        ["--method", "trace", "--resolution", "32", "--samples", "1", "--rays", "4", "--far-table"];
+    let drawn = |scene: &str, value: &str, map: &PathBuf| {
+        let call = ["render", scene, "-o", picture.to_str().unwrap(), "--map"];
+        let map = map.to_str().unwrap();
+        let answer = crate::run::run(call.iter().chain([&map]).chain(&trace).chain([&value]));
+        (answer, std::fs::read(&picture).ok())
+    };
+    let hair = folder.path("hair.dsm");
+    let few = ["--kind", "fragments", "--resolution", "128", "--coverage", "2"];
+    run!("bake", "builtin:hairball", "-o", hair, few[0], few[1], few[2], few[3], few[4], few[5])
+        .stdout();
+    let pictures = ["on", "off"].map(|value| {
+        let (answer, picture) = drawn("builtin:hairball", value, &hair);
+        answer.stdout();
+        picture
+    });
+    assert!(pictures[0].is_some() && pictures[0] != pictures[1]);
+    run!("lookup", map, "--points", points, "--method", "filter", "--far-table", "on")
+        .is_wrong_usage("--far-table is for --method trace");
+    for kind in ["layers", "mtsm"] {
+        run!("bake", scene, "-o", map, "--kind", kind, "--resolution", "16").stdout();
+        let refused = run!("lookup", map, "--points", points, "--far-table", "off");
+        assert!(refused.refusal().contains("--far-table is for maps of kind fragments"));
+        let (refused, _) = drawn(scene.to_str().unwrap(), "on", &map);
+        assert!(refused.refusal().contains("--far-table is for maps of kind fragments"));
+    }
+    let call = ["render", "builtin:smoke", "-o", picture.to_str().unwrap()];
+    let refused = crate::run::run(call.iter().chain(&trace).chain(&["auto"]));
+    assert!(refused.refusal().contains("this picture needs kind mtsm"));
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! From a baker to a file.
+//! Bakes of layered maps into files.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -41,7 +41,7 @@ where
     file.finish(outcome)
 }
 
-/// The same of a multilayer depth map.
+/// Bakes a multilayer depth map into a file.
 ///
 /// # Errors
 ///

@@ -1,4 +1,4 @@
-//! What the metadata of multilayer maps say besides.
+//! Metadata keys of multilayer maps.
 
 use dsm_io::{Error, Result};
 use dsm_trace::detail::Layering;
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// The metadata keys that multilayer maps have besides those of every map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LayeredKeys {
-    /// How the layers were chosen.
+    /// The choice of the layers.
     pub layering: Layering,
     /// Of fragments only, which other readers would take for layers.
     #[serde(default, skip_serializing)]

@@ -2,7 +2,7 @@
 
 use dsm_core::Transmittance;
 use dsm_io::detail::{
-    EncodedTile, FieldKind, KindReader, MapTile, PixelValue, StoredTile, TileColumn,
+    EncodedTile, FieldKind, KindReader, MapTile, MapTiles, PixelValue, StoredTile, TileColumn,
 };
 use dsm_io::{Block, Codec, Error, MapKind, MapSummary, Metadata, PixelContents, Result};
 
@@ -113,7 +113,7 @@ impl MapKind for Layers {
         }
     }
 
-    fn summary<T: Transmittance>(map: &KindReader<Self>) -> Result<MapSummary> {
+    fn summary<T: Transmittance>(map: &impl MapTiles<Tile = DepthLayers<T>>) -> Result<MapSummary> {
         summary::<Self, T>(map)
     }
 

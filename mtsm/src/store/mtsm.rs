@@ -3,7 +3,7 @@
 use dsm_core::Transmittance;
 use dsm_core::detail::{PixelListsView, VisibilityView};
 use dsm_io::detail::{
-    EncodedTile, FieldKind, KindReader, MapTile, PixelValue, StoredTile, TileColumn,
+    EncodedTile, FieldKind, KindReader, MapTile, MapTiles, PixelValue, StoredTile, TileColumn,
 };
 use dsm_io::{Block, Codec, Error, MapKind, MapSummary, Metadata, PixelContents, Result};
 
@@ -140,7 +140,9 @@ impl MapKind for Mtsm {
         summary.add("samples", tile.sample_count());
     }
 
-    fn summary<T: Transmittance>(map: &KindReader<Self>) -> Result<MapSummary> {
+    fn summary<T: Transmittance>(
+        map: &impl MapTiles<Tile = LayeredPixels<T>>,
+    ) -> Result<MapSummary> {
         summary::<Self, T>(map)
     }
 

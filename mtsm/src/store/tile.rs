@@ -1,7 +1,7 @@
-//! What the tiles of both kinds share.
+//! Helpers for the tiles of both kinds.
 
 use dsm_core::Transmittance;
-use dsm_io::detail::KindReader;
+use dsm_io::detail::MapTiles;
 use dsm_io::{MapKind, MapSummary, Result};
 use dsm_trace::detail::MinMaxBuilder;
 
@@ -23,7 +23,7 @@ pub(super) const fn bytes<V>(column: &[V]) -> u64 {
 /// What all tiles of the finest level hold together, and how many nodes of each
 /// level of the tree of depths that tracers walk are empty. Holds one tile, and 8
 /// bytes a pixel.
-pub(super) fn summary<K, T>(map: &KindReader<K>) -> Result<MapSummary>
+pub(super) fn summary<K, T>(map: &impl MapTiles<Tile = K::Tile<T>>) -> Result<MapSummary>
 where
     K: MapKind,
     T: Transmittance,
@@ -32,7 +32,7 @@ where
     let mut summary = MapSummary::default();
     let metadata = map.metadata();
     let mut ranges = MinMaxBuilder::new([metadata.width, metadata.height])?;
-    map.for_each_tile::<T>(0, |rect, tile| {
+    map.for_each_tile(|rect, tile| {
         K::summarize(&tile, &mut summary);
         for pixel in 0..rect.width * rect.height {
             if let Some(depths) = tile.depth_range(pixel as usize) {

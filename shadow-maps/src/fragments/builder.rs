@@ -1,4 +1,4 @@
-//! From what a shadow camera sees to a map of fragments.
+//! Builds of maps of fragments.
 
 use std::ops::ControlFlow;
 
@@ -62,7 +62,7 @@ pub struct FragmentBuilder {
     layers: u32,
 }
 
-/// What a map of fragments was built from.
+/// Counts of the samples and hits that a map of fragments was built from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FragmentCounts {
     /// Surfaces that the samples met.
@@ -86,7 +86,7 @@ impl<T: Transmittance> Default for Scratch<T> {
 }
 
 /// The fragments of a block of pixels.
-struct Block<T> {
+struct PixelBlock<T> {
     width: u32,
     fragments: Vec<Fragment<T>>,
     /// Where those of each pixel end.
@@ -95,7 +95,7 @@ struct Block<T> {
 }
 
 impl FragmentBuilder {
-    /// The most layers a pixel may be asked to keep.
+    /// The largest bound of layers a pixel.
     pub const MAX_LAYERS: u32 = 1 << 20;
 
     /// For a map of `size` pixels that `camera`'s NDC \[0, 1\]² covers, with
@@ -111,7 +111,7 @@ impl FragmentBuilder {
         Ok(Self { camera, frame, coverage: 8, sampling, layers: Self::MAX_LAYERS })
     }
 
-    /// The same with `side` × `side` places a pixel.
+    /// Sets the coverage: `side` × `side` places a pixel.
     ///
     /// # Errors
     ///
@@ -123,8 +123,8 @@ impl FragmentBuilder {
         Ok(Self { coverage: side, sampling: PixelSampling::grid(side)?, ..self })
     }
 
-    /// The same with at most `layers` fragments a pixel: those nearest to the
-    /// light (Xie et al. 2007, §4.2). Where a pixel shows more, shadows get
+    /// Sets the maximum number of fragments a pixel: the nearest to the light are
+    /// kept (Xie et al. 2007, §4.2). Where a pixel shows more, shadows get
     /// lighter.
     ///
     /// # Errors
@@ -161,7 +161,7 @@ impl FragmentBuilder {
         &self.frame
     }
 
-    /// Asks `source` for all pixels, 32 × 32 at a time, in parallel. O(h log h)
+    /// Builds the map of all pixels, 32 × 32 at a time, in parallel. O(h log h)
     /// for the h hits of a pixel, and O(o) for a hit with o fragments near it in
     /// depth.
     ///
@@ -234,7 +234,7 @@ impl FragmentBuilder {
         size: [u32; 2],
         grid: &SampleGrid,
         scratch: &mut Scratch<T>,
-    ) -> std::result::Result<Block<T>, S::Error>
+    ) -> std::result::Result<PixelBlock<T>, S::Error>
     where
         T: Transmittance,
         S: HitSource<T>,
@@ -261,12 +261,16 @@ impl FragmentBuilder {
             fragments.len() as u32
         });
         let ends = ends.collect();
-        Ok(Block { width: size[0], fragments, ends, counts })
+        Ok(PixelBlock { width: size[0], fragments, ends, counts })
     }
 }
 
 /// Appends row `y` of a block.
-fn append<T: Transmittance>(map: &mut FragmentColumns<T>, block: &Block<T>, y: u32) -> Result<()> {
+fn append<T: Transmittance>(
+    map: &mut FragmentColumns<T>,
+    block: &PixelBlock<T>,
+    y: u32,
+) -> Result<()> {
     let row = (y * block.width) as usize;
     let mut first = row.checked_sub(1).map_or(0, |before| block.ends[before]);
     for &end in &block.ends[row..row + block.width as usize] {

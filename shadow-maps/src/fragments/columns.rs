@@ -21,7 +21,7 @@ use super::fragment::Fragment;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct FragmentColumns<T> {
-    /// Where each pixel's fragments begin, row by row, and where the last one's
+    /// The index of each pixel's first fragment, row by row, and where the last one's
     /// end: one more than there are pixels.
     pub offsets: Vec<u32>,
     /// [`Fragment::w`].

@@ -3,9 +3,9 @@
 use dsm_core::Transmittance;
 use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdFloat, SimdInt, SimdMask, f32x16, i32x16};
 
+use super::lane_count::LANES;
 use super::packed::PackedFragments;
 use super::packet::{Apex, Packet};
-use super::range_tree::LANES;
 
 /// Slices between the least and the greatest w of a map.
 const SLICES: usize = 64;

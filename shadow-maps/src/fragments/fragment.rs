@@ -9,11 +9,20 @@ use dsm_core::Transmittance;
 /// its gradient say where each ray crosses it, exactly, and so a lit surface
 /// does not shade itself. The coverage mask gives a map of n² pixels the
 /// outlines of one of (8 n)².
+///
+/// ```
+/// use shadow_maps::fragments::Fragment;
+///
+/// // The right half of a pixel, at depth 4.
+/// let coverage = 0xf0f0_f0f0_f0f0_f0f0;
+/// let fragment = Fragment { w: 0.25, gradient: Some([0.0; 2]), opacity: 1.0_f32, coverage };
+/// assert!(fragment.covers([0.75, 0.5]) && !fragment.covers([0.25, 0.5]));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fragment<T> {
     /// w of the plane at the pixel's centre, which need not be covered.
     pub w: f32,
-    /// How w grows per pixel to the right and downwards. None where the plane is
+    /// Growth of w per pixel to the right and downwards. None where the plane is
     /// unknown, as of strands, which have no normal: they face the camera.
     pub gradient: Option<[f32; 2]>,
     /// The share of light that it takes, in (0, 1].
@@ -36,13 +45,13 @@ impl<T: Transmittance> Fragment<T> {
         }
     }
 
-    /// Whether it is taken to face the camera for want of a normal.
+    /// True if it is taken to face the camera for want of a normal.
     #[must_use]
     pub const fn is_facing(&self) -> bool {
         self.gradient.is_none()
     }
 
-    /// Whether a point at `within` the pixel, in [0, 1)² from its upper left
+    /// True if a point at `within` the pixel, in [0, 1)² from its upper left
     /// corner, is covered.
     #[must_use]
     pub fn covers(&self, within: [f64; 2]) -> bool {
@@ -50,7 +59,7 @@ impl<T: Transmittance> Fragment<T> {
         within.iter().all(|at| (0.0..1.0).contains(at)) && self.coverage >> (8 * y + x) & 1 == 1
     }
 
-    /// The least and the greatest w of its covered part: of the box around it,
+    /// The minimum and maximum w of its covered part: of the box around it,
     /// with room for the rounding of whoever meets it.
     #[must_use]
     pub fn range(&self) -> [f32; 2] {

@@ -6,11 +6,12 @@ use std::marker::PhantomData;
 use dsm_core::Transmittance;
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x16};
 
+use super::cone::Cone;
 use super::frontier::Frontier;
 use super::lanes::Lanes;
 use super::packed::PackedFragments;
 use super::packet::Apex;
-use super::range_tree::{Block, Cone, ConeTest, RangeTree, RayTest, bits};
+use super::range_tree::{Block, ConeTest, RangeTree, RayTest, bits};
 use super::visit_order::VisitOrder;
 
 /// Blocks that wait to be visited. Keeps its memory: never more than 16 of each

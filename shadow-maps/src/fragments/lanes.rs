@@ -3,8 +3,8 @@
 use dsm_core::Transmittance;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16, u32x16};
 
+use super::lane_count::LANES;
 use super::packet::Packet;
-use super::range_tree::LANES;
 
 /// The rays of a packet on their way, and what is left of their light. In
 /// memory, so that they can be asked together and one by one.

@@ -88,7 +88,7 @@ impl<T: Transmittance> FragmentMap<T> {
         self.columns.w.len()
     }
 
-    /// Whether there are none.
+    /// True if there are no fragments.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.columns.w.is_empty()
@@ -104,7 +104,7 @@ impl<T: Transmittance> FragmentMap<T> {
         self.columns.fragment(index)
     }
 
-    /// Where the fragments of pixel (`x`, `y`) are in the columns; nowhere
+    /// The indices of the fragments of pixel (`x`, `y`) in the columns; none
     /// outside the map.
     #[must_use]
     pub fn pixel_range(&self, x: u32, y: u32) -> Range<usize> {
@@ -121,7 +121,7 @@ impl<T: Transmittance> FragmentMap<T> {
         self.pixel_range(x, y).map(|index| self.fragment(index))
     }
 
-    /// The least and the greatest w of each part of the map. O(pixels +
+    /// The minimum and maximum w of each part of the map. O(pixels +
     /// fragments).
     ///
     /// # Errors

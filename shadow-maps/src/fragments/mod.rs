@@ -8,11 +8,14 @@ mod builder_oracle;
 #[cfg(test)]
 mod colours;
 mod columns;
+mod cone;
 mod far_table;
 mod fragment;
 mod frontier;
+mod group_occlusion;
 mod groups;
 mod kernel;
+mod lane_count;
 mod lanes;
 mod large_pages;
 mod map;
@@ -23,7 +26,6 @@ mod packet;
 mod range_tree;
 mod store;
 mod tracer;
-mod umbra;
 mod visit_order;
 
 pub use builder::{FragmentBuilder, FragmentCounts};

@@ -6,9 +6,9 @@ use fearless_simd::{Bytes, Simd, SimdBase, SimdInt, SimdMask, f32x16, u32x16};
 
 use super::columns::FragmentColumns;
 use super::fragment::Fragment;
+use super::lane_count::LANES;
 use super::large_pages::LargePages;
 use super::map::FragmentMap;
-use super::range_tree::LANES;
 
 /// The fragments of a map, block by block of 4 × 4 pixels, the farthest of each
 /// block first. A block of many is cut into chunks of 16, whose columns lie

@@ -4,7 +4,8 @@ use dsm_trace::LightFrame;
 use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x16, mask32x16};
 use glam::DVec3;
 
-use super::range_tree::{Cone, LANES};
+use super::cone::Cone;
+use super::lane_count::LANES;
 
 /// The point that rays start at, in the frame of a light.
 #[derive(Clone, Copy, Debug)]

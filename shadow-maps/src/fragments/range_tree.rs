@@ -3,11 +3,10 @@
 
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x16};
 
+use super::cone::Cone;
+use super::lane_count::LANES;
 use super::lanes::Lanes;
 use super::large_pages::LargePages;
-
-/// Children of a node, and rays of a packet.
-pub(crate) const LANES: usize = 16;
 
 /// Children along the side of a node.
 const SIDE: u32 = 4;
@@ -19,12 +18,12 @@ const SLACK: f32 = 1.0 / 256.0;
 /// 16 × 16 and so on, up to one block.
 #[derive(Debug)]
 pub(crate) struct RangeTree {
-    levels: Vec<Level>,
+    levels: Vec<TreeLevel>,
 }
 
 /// Nodes of 4ⁿ pixels along the side, in blocks of 4 × 4.
 #[derive(Debug)]
-struct Level {
+struct TreeLevel {
     /// In blocks.
     size: [u32; 2],
     /// The least w of each node, and the greatest.
@@ -38,58 +37,11 @@ pub(crate) struct Block {
     pub(crate) at: [u32; 2],
 }
 
-/// Rays from one point of a raster: all with slopes between two, for u in
-/// [near, far], the gain of w since that point.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Cone {
-    pub(crate) place: [f32; 2],
-    pub(crate) w: f32,
-    /// Least and greatest slope of either axis, in pixels per unit of w.
-    pub(crate) slopes: [[f32; 2]; 2],
-    pub(crate) near: f32,
-    pub(crate) far: f32,
-}
-
 /// The children of a block that a cone may meet, and over which u.
 pub(crate) struct Overlap {
     pub(crate) lanes: u32,
     pub(crate) enter: [f32; LANES],
     pub(crate) leave: [f32; LANES],
-}
-
-impl Cone {
-    /// No ray yet.
-    pub(crate) const fn empty(place: [f32; 2], w: f32) -> Self {
-        let none = [f32::INFINITY, f32::NEG_INFINITY];
-        Self { place, w, slopes: [none; 2], near: f32::INFINITY, far: f32::NEG_INFINITY }
-    }
-
-    /// Holds the rays of `other` from the same place, too.
-    #[inline(always)]
-    pub(crate) fn include(&mut self, other: &Self) {
-        for (axis, slopes) in self.slopes.iter_mut().enumerate() {
-            slopes[0] = slopes[0].min(other.slopes[axis][0]);
-            slopes[1] = slopes[1].max(other.slopes[axis][1]);
-        }
-        self.near = self.near.min(other.near);
-        self.far = self.far.max(other.far);
-    }
-
-    /// Whether there is nothing in it.
-    pub(crate) fn is_empty(&self) -> bool {
-        self.near.is_nan() || self.near > self.far
-    }
-
-    /// Steps in u at least this small move no ray by more than the slack.
-    pub(crate) fn slack(&self) -> f32 {
-        2e-6 * (self.w.abs() + self.far.abs())
-    }
-
-    /// Slopes below move no ray by more than a millionth of a pixel, whatever the unit
-    /// of depths.
-    pub(crate) fn least_slope(&self) -> f32 {
-        (1e-6 / (self.w.abs() + self.far.abs())).max(f32::MIN_POSITIVE)
-    }
 }
 
 /// 1 / slope of one side of a cone, and what to add to a bound of u that comes
@@ -213,9 +165,9 @@ pub(crate) fn bits(mut set: u32) -> impl Iterator<Item = usize> {
 impl RangeTree {
     /// From the range of each pixel; `None` for empty ones.
     pub(crate) fn new(size: [u32; 2], range: impl Fn(u32, u32) -> Option<[f32; 2]>) -> Self {
-        let mut levels = vec![Level::new(size, range)];
+        let mut levels = vec![TreeLevel::new(size, range)];
         while let Some(below) = levels.last().filter(|level| level.size[0].max(level.size[1]) > 1) {
-            let level = Level::new(below.size, |x, y| {
+            let level = TreeLevel::new(below.size, |x, y| {
                 let block = (y * below.size[0] + x) as usize;
                 whole(&below.ranges[block])
             });
@@ -330,7 +282,7 @@ fn whole(block: &[[f32; LANES]; 2]) -> Option<[f32; 2]> {
     (low <= high).then_some([low, high])
 }
 
-impl Level {
+impl TreeLevel {
     fn new(nodes: [u32; 2], range: impl Fn(u32, u32) -> Option<[f32; 2]>) -> Self {
         let size = nodes.map(|side| side.div_ceil(SIDE).max(1));
         let blocks = size[0] as usize * size[1] as usize;

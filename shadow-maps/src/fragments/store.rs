@@ -41,7 +41,7 @@ pub struct Fragments;
 /// The metadata keys that maps of fragments have besides those of every map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FragmentKeys {
-    /// How many fragments a pixel may have, and where the light is.
+    /// The bound of fragments a pixel, and the depth of the light.
     pub layering: Layering,
     /// Places along a side of a pixel that were looked at: 1, 2, 4 or 8. A file must
     /// have it.

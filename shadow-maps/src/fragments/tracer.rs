@@ -15,17 +15,19 @@ use fearless_simd::{Level, Simd, SimdBase, dispatch, f32x16};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::cone::Cone;
 use super::far_table::FarTable;
 use super::fragment::Fragment;
 use super::frontier::{Frontier, whole};
+use super::group_occlusion::is_blocked;
 use super::kernel::{Stacks, Stage, trace};
+use super::lane_count::LANES;
 use super::lanes::Lanes;
 use super::map::FragmentMap;
 use super::packed::{PackedBuilder, PackedFragments};
 use super::packet::{Apex, Packet, Reach, Starts};
-use super::range_tree::{Cone, LANES, RangeTree};
+use super::range_tree::RangeTree;
 use super::store::{Fragments, frame_of};
-use super::umbra::is_blocked;
 
 /// Where a ray starts, in sides of a pixel at its receiver: for planes, whose
 /// outlines are known to a cell of their coverage, and for strands, whose depth is known
@@ -108,7 +110,7 @@ pub struct FragmentTracer<T> {
     counters: TraceCounters,
 }
 
-/// What a thread traces with; keeps its memory from receiver to receiver.
+/// Scratch memory of a thread that traces, kept from receiver to receiver.
 #[derive(Clone, Debug, Default)]
 pub struct TraceScratch {
     frontier: Frontier,
@@ -189,15 +191,14 @@ impl<T: Transmittance> FragmentTracer<T> {
         }
     }
 
-    /// The same with another number of rays a light, at least 1.
+    /// Sets the number of rays a light, 1 or more.
     #[must_use]
     pub fn with_rays(self, rays: u32) -> Self {
         Self { rays: rays.max(1), ..self }
     }
 
-    /// The same with rays that start `plane` scene units from the receiver
-    /// for fragments with a plane, and `facing` for those without a normal. Both
-    /// at least 0. By default a ray starts as far from its receiver as the map knows
+    /// Sets the ray offsets in scene units: `plane` for fragments with a plane,
+    /// `facing` for those without a normal. Both 0 or more. By default a ray starts as far from its receiver as the map knows
     /// places there: by an eighth of a pixel's side at the receiver's depth, a cell of
     /// coverage, and for strands by half a pixel's side.
     #[must_use]
@@ -205,7 +206,7 @@ impl<T: Transmittance> FragmentTracer<T> {
         Self { starts: Starts::Distances([plane.max(0.0), facing.max(0.0)]), ..self }
     }
 
-    /// The same with a table of optical depths beyond the first `cells` coarse
+    /// Sets a far table: sums of optical depth beyond the first `cells` coarse
     /// pixels that rays move: fast for hair and leaves, wrong for surfaces.
     #[must_use]
     pub fn with_far_table(self, cells: f32) -> Self {
@@ -214,8 +215,7 @@ impl<T: Transmittance> FragmentTracer<T> {
         Self { far, near_cells: cells.max(0.0), ..self }
     }
 
-    /// The same with a far table ([`Self::with_far_table`]) for one coarse pixel
-    /// if it does as well as fragments all the way, for `light` and some 100
+    /// Sets a far table ([`Self::with_far_table`]) beyond one coarse pixel if it does as well as fragments all the way, for `light` and some 100
     /// receivers on fragments, and on the farthest ones: as with hair and leaves.
     #[must_use]
     pub fn for_light(self, light: &AreaLight) -> Self {
@@ -299,14 +299,14 @@ impl<T: Transmittance> FragmentTracer<T> {
         wanted.iter().map(pixel).collect()
     }
 
-    /// Whether a far table is used.
+    /// True if a far table is used.
     #[must_use]
     pub const fn has_far_table(&self) -> bool {
         self.far.is_some()
     }
 
-    /// The same with rays that end, dark, once less than `least` of their
-    /// light is left: in [0, 1], 0.001 by default.
+    /// Sets the minimum transmittance: rays end, dark, below `least`, in [0, 1],
+    /// 0.001 by default.
     #[must_use]
     pub fn with_least_light(self, least: f32) -> Self {
         Self { least: least.clamp(0.0, 1.0), ..self }
@@ -324,7 +324,7 @@ impl<T: Transmittance> FragmentTracer<T> {
         &self.frame
     }
 
-    /// What was asked so far, but for what [`Self::for_light`] tried.
+    /// Counts of the rays traced so far, without the trial of [`Self::for_light`].
     #[must_use]
     pub fn statistics(&self) -> TraceStatistics {
         self.counters.get()

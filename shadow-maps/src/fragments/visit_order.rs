@@ -1,6 +1,7 @@
 //! In which order the rays of a packet visit what they may meet.
 
-use super::range_tree::{Cone, bits};
+use super::cone::Cone;
+use super::range_tree::bits;
 
 /// From the apex of a packet outwards: along each axis, the way that most of its
 /// rays go.

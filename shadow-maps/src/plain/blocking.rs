@@ -1,11 +1,20 @@
-//! What stops the ray of a plain shadow map's sample.
+//! Occluders of a plain shadow map's samples.
 
 use dsm_core::detail::VolumeSegment;
 use dsm_core::random::{mix32, unit32};
 use dsm_core::{TileHits, Transmittance};
 
-/// What stops a sample's ray: a plain shadow map keeps one depth of it,
+/// The occluder of a sample's ray: a plain shadow map keeps one depth of it,
 /// whatever it meets.
+///
+/// ```
+/// use shadow_maps::plain::{Blocking, DepthMapSettings};
+///
+/// let mut settings = DepthMapSettings::new([512, 512], 16)?;
+/// assert_eq!(settings.blocking, Blocking::Stochastic);
+/// settings.blocking = Blocking::Opaque;
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Blocking {
     /// Surfaces that let nothing through, in any channel. All others, and

@@ -14,7 +14,7 @@ const BLOCK_SAMPLES: u32 = 1 << 16;
 /// Pixels along a side of a block at most.
 const BLOCK_SIDE: u32 = 64;
 
-/// How a [`DepthMap`] is sampled.
+/// Settings of sampling a [`DepthMap`].
 ///
 /// ```
 /// use shadow_maps::plain::{Blocking, DepthMapSettings};
@@ -31,7 +31,7 @@ pub struct DepthMapSettings {
     /// The sample points of a pixel, a square number of them. A deep map with
     /// the same sampling looks along the same rays.
     pub sampling: PixelSampling,
-    /// What stops a sample's ray.
+    /// The occluder of a sample's ray.
     pub blocking: Blocking,
     /// The camera whose NDC \[0, 1\]² covers the map: receivers in the world
     /// need it, and media.
@@ -115,7 +115,7 @@ impl DepthMap {
     /// The most depths that a map may have.
     pub const MAX_TEXELS: u64 = (1 << 31) - 1;
 
-    /// Asks `source` for the nearest depth of every sample, in parallel on the
+    /// Samples the nearest depth of every sample of `source`, in parallel on the
     /// current rayon pool. The answer depends on the source and the settings
     /// alone. O(h), or O(h log h) where matter lets light through, for h hits; 4 bytes a sample, and the hits of one block of
     /// up to 2¹⁶ samples a thread.

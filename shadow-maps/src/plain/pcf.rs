@@ -62,7 +62,7 @@ impl PercentageCloserFilter {
         Ok(Self { map, strata: Strata::new(side), width: 1.0, bias: 0.0, level: Level::new() })
     }
 
-    /// The same with regions `width` pixels of the map wide and high.
+    /// Sets the filter width: regions of `width` × `width` pixels of the map.
     ///
     /// # Errors
     ///
@@ -76,8 +76,7 @@ impl PercentageCloserFilter {
         }
     }
 
-    /// The same with a bias, which is taken off the depth of receivers in the
-    /// world, in scene units.
+    /// Sets the depth bias of receivers in the world, in scene units.
     #[must_use]
     pub const fn with_bias(mut self, bias: f32) -> Self {
         self.bias = bias;
@@ -105,9 +104,9 @@ impl PercentageCloserFilter {
         self.lookup_over(receiver, [self.width; 2], seed)
     }
 
-    /// The same over a region of `widths` pixels of the map across and down,
+    /// Visibility over a region of `widths` pixels of the map across and down,
     /// for methods whose filter depends on the receiver. What is not above 0,
-    /// or NaN, asks a single texel.
+    /// or NaN, reads a single texel.
     #[must_use]
     pub fn lookup_over(&self, receiver: &Receiver, widths: [f32; 2], seed: u64) -> f32 {
         let Some((region, plane)) = TapRegion::around(&self.map, receiver, widths) else {
@@ -120,8 +119,8 @@ impl PercentageCloserFilter {
         lit as f32 / strata.count() as f32
     }
 
-    /// What [`Self::lookup`] answers, one tap after the other: what the vectors
-    /// are tested against, and timed against.
+    /// The result of [`Self::lookup`], one tap after the other: the baseline of
+    /// tests and timings of the vectors.
     #[must_use]
     pub fn lookup_scalar(&self, receiver: &Receiver, seed: u64) -> f32 {
         let Some((region, plane)) = TapRegion::around(&self.map, receiver, [self.width; 2]) else {

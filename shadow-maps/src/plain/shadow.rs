@@ -8,8 +8,41 @@ use glam::DVec3;
 
 use super::pcf::PercentageCloserFilter;
 
-/// A plain shadow map that is asked where a deep one would be: its filter with
-/// the biases of a [`ShadowLookup`], which may follow each point's slope.
+/// Shadows of a plain shadow map for points of the world: its filter with the
+/// biases of a [`ShadowLookup`], which may follow each point's slope.
+///
+/// ```
+/// use dsm_core::{AreaLight, Error, LightVisibility, MapInfo, RayHits, RaySource, SamplePoint};
+/// use dsm_core::{ShadowLookup, SurfaceHit};
+/// use glam::DVec3;
+/// use shadow_maps::plain::{
+///     DepthMap, DepthMapSettings, PercentageCloserFilter, PercentageCloserShadow,
+/// };
+///
+/// # let to_ndc = glam::DMat4::from_cols(
+/// #     glam::DVec4::new(0.5, 0.0, 0.0, 0.0),
+/// #     glam::DVec4::new(0.0, -0.5, 0.0, 0.0),
+/// #     glam::DVec4::new(-0.5, -0.5, -1.0, -1.0),
+/// #     glam::DVec4::ZERO,
+/// # );
+/// # let camera = dsm_core::ShadowCamera {
+/// #     world_to_camera: Some(glam::DMat4::IDENTITY),
+/// #     world_to_ndc: Some(to_ndc),
+/// # };
+/// // An opaque wall at depth 2.
+/// let source = RaySource(|_: SamplePoint, ray: &mut RayHits<f32>| -> Result<(), Error> {
+///     ray.push_surface(SurfaceHit { depth: 2.0, opacity: 1.0 })
+/// });
+/// let mut settings = DepthMapSettings::new([32, 32], 1)?;
+/// settings.camera = Some(camera);
+/// let filter = PercentageCloserFilter::new(DepthMap::sample(&source, &settings)?, 16)?;
+/// let info = MapInfo { camera: Some(camera), ..MapInfo::default() };
+/// let shadow = PercentageCloserShadow::new(filter, ShadowLookup::new(&info, [32, 32])?);
+/// let light = AreaLight::rectangle(DVec3::ZERO, DVec3::X * 0.5, DVec3::Y * 0.5);
+/// let at = |depth: f64| shadow.visibility(DVec3::Z * -depth, &light, 0);
+/// assert_eq!((at(1.0), at(3.0)), (Ok(1.0), Ok(0.0)));
+/// # Ok::<(), Error>(())
+/// ```
 #[derive(Debug)]
 pub struct PercentageCloserShadow {
     filter: PercentageCloserFilter,
@@ -18,7 +51,8 @@ pub struct PercentageCloserShadow {
 }
 
 impl PercentageCloserShadow {
-    /// Asks `filter` where `lookup` says; its own bias does not count.
+    /// Shadows of `filter` with the projection and bias of `lookup`; the filter's own
+    /// bias does not count.
     #[must_use]
     pub fn new(filter: PercentageCloserFilter, lookup: ShadowLookup) -> Self {
         Self { filter, lookup, biases: Mutex::default() }

@@ -1,4 +1,4 @@
-//! Where the taps of a percentage closer filter fall, and how deep.
+//! The region of the taps of a percentage closer filter.
 
 use dsm_core::Receiver;
 

@@ -1,18 +1,13 @@
-//! How maps are opened.
-
-use std::path::Path;
+//! Options of opening maps.
 
 use dsm_io::{Limits, TileCache};
-
-use super::shadow_map::ShadowMap;
-use crate::error::Result;
 
 /// Bytes of tiles that are kept at hand unless another budget is set: the tiles of
 /// large maps come and go, and small ones stay whole.
 const TILE_BYTES: u64 = 1 << 30;
 
-/// Options of opening maps: the tile cache that they share, and what a file may
-/// ask for.
+/// Options of opening maps: the tile cache that they share, and the limits of
+/// what a file may require.
 ///
 /// ```no_run
 /// use deepshadow::OpenOptions;
@@ -24,8 +19,8 @@ const TILE_BYTES: u64 = 1 << 30;
 /// ```
 #[derive(Clone, Debug)]
 pub struct OpenOptions {
-    pub(super) cache: TileCache,
-    pub(super) limits: Limits,
+    pub(crate) cache: TileCache,
+    pub(crate) limits: Limits,
 }
 
 impl OpenOptions {
@@ -48,7 +43,7 @@ impl OpenOptions {
         Self { cache, ..self }
     }
 
-    /// Sets what a file may ask for.
+    /// Sets the limits of what a file may require.
     #[must_use]
     pub fn with_limits(self, limits: Limits) -> Self {
         Self { limits, ..self }
@@ -58,15 +53,6 @@ impl OpenOptions {
     #[must_use]
     pub const fn cache(&self) -> &TileCache {
         &self.cache
-    }
-
-    /// Opens a map.
-    ///
-    /// # Errors
-    ///
-    /// As [`ShadowMap::open`].
-    pub fn open(&self, path: impl AsRef<Path>) -> Result<ShadowMap> {
-        ShadowMap::open_with(path.as_ref(), self)
     }
 }
 

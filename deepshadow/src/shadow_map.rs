@@ -13,10 +13,10 @@ use dsm_io::{
 };
 use glam::DVec3;
 
-use super::open_map::OpenMap;
-use super::open_options::OpenOptions;
 use crate::error::{Error, Result};
-use crate::kinds::Kind;
+use crate::file::{OpenMap, OpenOptions};
+use crate::kind::Kind;
+use crate::kinds::implementation;
 use crate::query::{Method, Query};
 use crate::shadow::Shadow;
 use crate::values::Values;
@@ -24,7 +24,7 @@ use crate::values::Values;
 /// A shadow map in a file, of any kind and number of channels. Clones are the same
 /// map; any number of threads may use it.
 ///
-/// The file is mapped into memory and its tiles are read when they are asked for,
+/// The file is mapped into memory and its tiles are read when they are needed,
 /// through a cache ([`OpenOptions`]). A file that another process shortens
 /// meanwhile ends this one; see [`Container::open`].
 ///
@@ -61,14 +61,14 @@ impl ShadowMap {
         OpenOptions::new().open(path)
     }
 
-    pub(super) fn open_with(path: &Path, options: &OpenOptions) -> Result<Self> {
+    fn open_with(path: &Path, options: &OpenOptions) -> Result<Self> {
         let container = Container::open(path, &options.limits)?;
         let found = container.kind().map_err(|error| error.in_file(container.path()))?;
         let Some(kind) = Kind::named(&found) else {
             let error = FileError::Kind { found, wanted: "one that this program knows" };
             return Err(error.in_file(container.path()).into());
         };
-        Ok(Self { open: kind.open(container, options)?.into() })
+        Ok(Self { open: implementation(kind).open(container, options)?.into() })
     }
 
     fn file(&self) -> &dyn ErasedMap {
@@ -132,8 +132,7 @@ impl ShadowMap {
         self.open.default_method()
     }
 
-    /// The shadows that `query` asks for, ready for any number of points. Of a map
-    /// of fragments this builds the tracer: O(fragments); of other kinds it reads
+    /// The shadows of `query`, ready for any number of points. Of a map of fragments this builds the tracer: O(fragments); of other kinds it reads
     /// no more than the depths of pixels.
     ///
     /// # Errors
@@ -144,7 +143,7 @@ impl ShadowMap {
         self.open.shadow(query)
     }
 
-    /// The shadow factors of points of the world: [`Self::shadow`], asked once.
+    /// The shadow factors of points of the world: [`Self::shadow`], queried once.
     ///
     /// # Errors
     ///
@@ -211,6 +210,17 @@ impl ShadowMap {
     /// As [`Self::contents`], and for more pixels than memory may hold.
     pub fn functions(&self, level: u32, pixels: TileRect) -> Result<Option<AnyDeepMap>> {
         Ok(self.file().functions(level, pixels)?)
+    }
+}
+
+impl OpenOptions {
+    /// Opens a map.
+    ///
+    /// # Errors
+    ///
+    /// As [`ShadowMap::open`].
+    pub fn open(&self, path: impl AsRef<Path>) -> Result<ShadowMap> {
+        ShadowMap::open_with(path.as_ref(), self)
     }
 }
 

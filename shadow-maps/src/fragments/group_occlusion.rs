@@ -1,11 +1,12 @@
-//! Fragments that take the light of a whole group of rays.
+//! The occlusion test of a whole group of rays.
 
 use dsm_core::Transmittance;
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x16};
 
+use super::cone::Cone;
 use super::kernel::{Stage, beyond};
 use super::packet::Reach;
-use super::range_tree::{Block, Cone, bits};
+use super::range_tree::{Block, bits};
 
 /// Room for rounding, in pixels, and as a share of u.
 const ROOM: f32 = 1e-3;
@@ -14,8 +15,8 @@ const SHARE: f32 = 1e-5;
 /// Chunks that are looked at: what blocks all rays lies next to where they start.
 const CHUNKS: usize = 2;
 
-/// Whether one fragment of a pixel near the apex takes the light of all rays of
-/// `cone`, as the own surface does where it is turned away from the light.
+/// True if one fragment of a pixel near the apex takes the light of all rays of
+/// `cone`: the surface that the receiver lies on, where it faces away from the light.
 ///
 /// Never where single rays would tell otherwise.
 #[inline(always)]

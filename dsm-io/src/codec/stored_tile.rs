@@ -2,9 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::codec::Codec;
-use crate::codec::tile_columns::ColumnReader;
-use crate::error::{Error, Place, Result, check_limit};
+use crate::error::{Place, Result, check_limit};
 use crate::format::container::Container;
 use crate::format::directory::TileEntry;
 use crate::limits::Limits;
@@ -25,7 +23,9 @@ impl<'a> StoredTile<'a> {
     ///
     /// # Errors
     ///
-    /// [`Error::NoSuchTile`], [`Error::Limit`] or [`Error::Checksum`].
+    /// [`Error::NoSuchTile`](crate::error::Error::NoSuchTile),
+    /// [`Error::Limit`](crate::error::Error::Limit) or
+    /// [`Error::Checksum`](crate::error::Error::Checksum).
     pub fn read(
         container: &'a Container,
         id: TileId,
@@ -42,7 +42,7 @@ impl<'a> StoredTile<'a> {
         Ok((Some(Self { payload, entry, rect, place }), rect))
     }
 
-    /// What the directory says of the tile.
+    /// The tile's entry in the directory.
     #[must_use]
     pub const fn entry(&self) -> &TileEntry {
         self.entry
@@ -60,24 +60,9 @@ impl<'a> StoredTile<'a> {
         self.rect.pixel_count()
     }
 
-    /// Where the tile stands in its file.
+    /// The tile's place in its file.
     #[must_use]
     pub const fn place(&self) -> Place {
         self.place
-    }
-
-    /// The columns of a tile of codec 0, unpacked.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Unsupported`] for another codec or an unknown block, or what is
-    /// wrong with the payload.
-    pub fn columns(self) -> Result<ColumnReader<'a>> {
-        let place = self.place;
-        if Codec::from_tag(self.entry.codec) != Some(Codec::Exact) {
-            let what = format!("codec {}", self.entry.codec);
-            return Err(Error::Unsupported { place, what });
-        }
-        ColumnReader::new(self)
     }
 }

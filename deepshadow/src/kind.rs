@@ -1,0 +1,96 @@
+//! Names of kinds of map.
+
+use std::fmt;
+
+use crate::query::Method;
+
+/// A kind of map that can be baked and queried.
+///
+/// ```
+/// use deepshadow::Kind;
+///
+/// assert_eq!(Kind::named("mtsm"), Some(Kind::MTSM));
+/// assert_eq!(Kind::FRAGMENTS.name(), "fragments");
+/// assert!(Kind::ALL.contains(&Kind::DEEP));
+/// ```
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Kind(KindId);
+
+/// The kinds, one for each implementation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum KindId {
+    Deep,
+    Fragments,
+    Layers,
+    Mtsm,
+}
+
+impl Kind {
+    /// Deep shadow maps: a visibility function a pixel, compressed within a bound
+    /// (Lokovic & Veach 2000).
+    pub const DEEP: Self = Self(KindId::Deep);
+
+    /// Maps of fragments: planes with coverage masks, for the shadows of area lights.
+    pub const FRAGMENTS: Self = Self(KindId::Fragments);
+
+    /// Multilayer depth maps: the first hits of every pixel's centre (Xie et al.
+    /// 2007, §4.2).
+    pub const LAYERS: Self = Self(KindId::Layers);
+
+    /// Multilayer transparent shadow maps: runs of compressed layers with counts
+    /// (Xie et al. 2007, §5).
+    pub const MTSM: Self = Self(KindId::Mtsm);
+
+    /// All kinds.
+    pub const ALL: &[Self] = &[Self::DEEP, Self::FRAGMENTS, Self::LAYERS, Self::MTSM];
+
+    /// The kind of this name, if there is one.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|kind| kind.name() == name)
+    }
+
+    /// The kind's name in headers and on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self.0 {
+            KindId::Deep => "deep",
+            KindId::Fragments => "fragments",
+            KindId::Layers => "layers",
+            KindId::Mtsm => "mtsm",
+        }
+    }
+
+    /// A line about the kind, as help texts print it.
+    #[must_use]
+    pub const fn about(self) -> &'static str {
+        match self.0 {
+            KindId::Deep => "Deep shadow maps: a visibility function a pixel",
+            KindId::Fragments => "Maps of fragments: planes with coverage masks",
+            KindId::Layers => "Multilayer depth maps: the first hits of every pixel's centre",
+            KindId::Mtsm => {
+                "Multilayer transparent shadow maps: runs of compressed layers with counts"
+            }
+        }
+    }
+
+    pub(crate) const fn id(self) -> KindId {
+        self.0
+    }
+
+    /// The kind that comes closest to rays through a scene, for a map that is
+    /// queried by `method`: fragments, unless there are media, which fragments
+    /// cannot hold, or rules for layers were set.
+    #[must_use]
+    pub fn for_area_lights(has_media: bool, method: &Method) -> Self {
+        let has_rules = matches!(method, Method::Trace(trace) if trace.has_layer_rules());
+        let no_planes = has_media || has_rules || matches!(method, Method::Pcf(_));
+        if no_planes { Self::MTSM } else { Self::FRAGMENTS }
+    }
+}
+
+impl fmt::Debug for Kind {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "Kind({})", self.name())
+    }
+}

@@ -1,0 +1,18 @@
+//! The implementation of each kind.
+
+use super::deep::Deep;
+use super::fragments::Fragments;
+use super::layers::Layers;
+use super::mtsm::Mtsm;
+use super::shadow_kind::ShadowKind;
+use crate::kind::{Kind, KindId};
+
+/// The implementation of `kind`.
+pub(crate) const fn implementation(kind: Kind) -> &'static dyn ShadowKind {
+    match kind.id() {
+        KindId::Deep => &Deep,
+        KindId::Fragments => &Fragments,
+        KindId::Layers => &Layers,
+        KindId::Mtsm => &Mtsm,
+    }
+}

@@ -1,0 +1,26 @@
+//! The trait that each kind of map implements.
+
+use std::path::Path;
+
+use dsm_io::Container;
+
+use crate::bake::{Bake, BakeReport, Job};
+use crate::error::{Error, Result};
+use crate::file::{OpenMap, OpenOptions};
+
+/// A kind of map, as bakes and open files need it.
+pub(crate) trait ShadowKind: Send + Sync {
+    /// The settings that the kind does not have, of those that were set.
+    fn check(&self, settings: &Bake) -> Result<()>;
+
+    /// Bakes a map into a file.
+    fn bake(&self, job: &Job<'_>, output: &Path) -> Result<BakeReport>;
+
+    /// Opens the map that a container holds.
+    fn open(&self, container: Container, options: &OpenOptions) -> Result<Box<dyn OpenMap>>;
+}
+
+/// That a switch is for other kinds.
+pub(super) fn refuse(switch: &str, kinds: &str) -> Result<()> {
+    Err(Error::Unsupported(format!("{switch} is for maps of kind {kinds}")))
+}
