@@ -287,7 +287,7 @@ fn what_does_not_fit_together_is_refused() {
     assert!(lookup("--light-size", "-1").code == 2);
     lookup("--rays", "0").is_wrong_usage("--rays");
     run!("lookup", map, "--points", points, "--method", "trace", "--bias", "-1")
-        .is_wrong_usage("before its point");
+        .is_wrong_usage("a ray offset is not negative");
     run!("lookup", map, "--points", points, "--method", "filter", "--rays", "4")
         .is_wrong_usage("--rays and --light-size");
     let deep = folder.path("deep.dsm");
