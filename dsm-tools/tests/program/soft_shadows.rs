@@ -214,7 +214,7 @@ fn rules_go_with_traced_layers_alone() {
     let deep = folder.path("deep.dsm");
     run!("bake", scene, "-o", deep, "--resolution", "16", "--quiet").stdout();
     let refused = run!("lookup", deep, "--points", points, "--rule", "ratio");
-    assert!(refused.refusal().contains("--rule and --z-threshold are for layered maps"));
+    assert!(refused.refusal().contains("--rule and --z-threshold are for --method trace"));
 }
 
 #[test]
