@@ -28,6 +28,10 @@ impl ShadowKind for Fragments {
             let reason = "a side of a pixel has 1, 2, 4 or 8 places that are covered or not";
             return Err(Error::Unsupported(reason.to_owned()));
         }
+        if settings.samples.is_some_and(|samples| samples != 1) {
+            let reason = "fragments take --coverage, not --samples";
+            return Err(Error::Unsupported(reason.to_owned()));
+        }
         check_surfaces(settings)
     }
 

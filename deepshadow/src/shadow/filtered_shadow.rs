@@ -1,5 +1,6 @@
 //! Filtered lookups in a map's file.
 
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use dsm_core::{
@@ -27,6 +28,8 @@ struct FilteredMap<T: Transmittance, K: FieldKind> {
     lookup: Option<ShadowLookup>,
     method: FilterMethod,
     biases: Mutex<BiasSummary>,
+    /// The map's file, for errors.
+    path: PathBuf,
 }
 
 /// The shadows of a map by filtered lookups, once it is known that it has the level
@@ -51,7 +54,8 @@ pub(crate) fn filtered_shadow<T: Transmittance, K: FieldKind>(
     };
     // What one point of the light sees: no more of it is asked for.
     let light = query.light.unwrap_or(AreaLight::point(DVec3::ZERO));
-    let filtered = FilteredMap { cursors, lookup, method, biases: Mutex::default() };
+    let path = map.reader().container().path().map(Path::to_owned).unwrap_or_default();
+    let filtered = FilteredMap { cursors, lookup, method, biases: Mutex::default(), path };
     Ok(Shadow::new(Box::new(filtered), light, query.seed))
 }
 
@@ -62,9 +66,8 @@ impl<T: Transmittance, K: FieldKind> AnyVisibility for FilteredMap<T, K> {
 
     fn world(&self, points: &[ShadedPoint], _: &AreaLight, values: &mut Values) -> Result<()> {
         let Some(lookup) = &self.lookup else {
-            return Err(Error::Unsupported(
-                "the map has no camera to project points of the world with".to_owned(),
-            ));
+            let reason = "the map has no camera to project points of the world with".to_owned();
+            return Err(Error::Query { path: self.path.clone(), reason });
         };
         let mut own = Vec::with_capacity(points.len());
         let biases = self.cursors.with_pyramid(|pyramid| lookup.lights(pyramid, points, &mut own));

@@ -287,7 +287,7 @@ fn what_does_not_fit_together_is_refused() {
     assert!(lookup("--light-size", "-1").code == 2);
     lookup("--rays", "0").is_wrong_usage("--rays");
     run!("lookup", map, "--points", points, "--method", "trace", "--bias", "-1")
-        .is_wrong_usage("before its point");
+        .is_wrong_usage("a ray offset is not negative");
     run!("lookup", map, "--points", points, "--method", "filter", "--rays", "4")
         .is_wrong_usage("--rays and --light-size");
     let deep = folder.path("deep.dsm");
@@ -295,7 +295,7 @@ fn what_does_not_fit_together_is_refused() {
     let refused = run!("lookup", deep, "--points", points, "--method", "trace");
     assert!(refused.refusal().contains("no layers to trace"));
     let refused = run!("lookup", deep, "--points", points, "--rays", "4");
-    assert!(refused.refusal().contains("for layered maps"));
+    assert!(refused.refusal().contains("--rays and --light-size are for --method trace"));
     let image = folder.path("i.png");
     let refused = run!("render", scene, "-o", image, "--method", "trace", "--map", deep);
     assert!(refused.refusal().contains("no layers"));

@@ -332,7 +332,7 @@ fn filters_and_widths_must_fit() {
         lookup(&["--filter", "box", "--width", width]).is_wrong_usage("");
     }
     for level in ["-1", "nan", "inf", "fine"] {
-        lookup(&["--level", level]).is_wrong_usage("must be auto or a number, at least 0");
+        lookup(&["--level", level]).is_wrong_usage("must be auto or a number from 0 on");
     }
     lookup(&["--filter", "cubic"]).is_wrong_usage("cubic");
     lookup(&["--bias", "nan"]).is_wrong_usage("finite");

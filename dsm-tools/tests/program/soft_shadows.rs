@@ -208,13 +208,13 @@ fn rules_go_with_traced_layers_alone() {
         }
     }
     let refused = run!("lookup", map, "--points", points, "--bias", "-1");
-    assert!(refused.refusal().contains("before its point"), "{refused:?}");
+    assert!(refused.refusal().contains("a ray offset is not negative"), "{refused:?}");
     run!("lookup", map, "--points", points, "--z-threshold", "-1").is_wrong_usage("negative");
     run!("lookup", map, "--points", points, "--rule", "add").is_wrong_usage("--rule");
     let deep = folder.path("deep.dsm");
     run!("bake", scene, "-o", deep, "--resolution", "16", "--quiet").stdout();
     let refused = run!("lookup", deep, "--points", points, "--rule", "ratio");
-    assert!(refused.refusal().contains("--rule and --z-threshold are for layered maps"));
+    assert!(refused.refusal().contains("--rule and --z-threshold are for --method trace"));
 }
 
 #[test]

@@ -44,7 +44,7 @@ fn a_bake_is_told() {
     assert_eq!((&told["tolerance"], &told["cut_pixels"]), (&json!(0.125), &json!(0)));
     assert!(told["hits"].as_u64().unwrap() > 0);
     assert_eq!(told["notes"], json!([]));
-    let cut = bake(&["--kind", "layers", "--coverage", "1", "--layers", "1"]);
+    let cut = bake(&["--kind", "fragments", "--coverage", "1", "--layers", "1"]);
     let pixels = cut["cut_pixels"].as_u64().unwrap();
     assert!(pixels > 0, "{cut}");
     let note = format!("{pixels} pixels have more layers than --layers keeps");
