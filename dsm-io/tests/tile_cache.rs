@@ -456,7 +456,7 @@ fn levels_that_are_no_pyramid_are_refused() {
     writer.finish().unwrap();
     let cached = TileCache::new(0).open::<f32>(&path, &Limits::default()).unwrap();
     let refused = cached.pyramid().unwrap_err().to_string();
-    assert!(refused.contains("map.dsm: level 1 of a pyramid: its sides"), "{refused}");
+    assert!(refused.contains("map.dsm: level 1 of a pyramid: its size"), "{refused}");
 }
 
 /// Asks for the diagonal of a square, and its own cursor for the first pixel
