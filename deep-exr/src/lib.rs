@@ -14,7 +14,7 @@
 //! ```
 //! use deep_exr::{DeepExrReader, DeepExrWriter, DeepRows, Limits, WriteOptions};
 //!
-//! # fn image() -> deep_exr::Result<Vec<u8>> {
+//! # fn image() -> Result<Vec<u8>, deep_exr::Error> {
 //! #     let options = WriteOptions::new(2, 1);
 //! #     let mut rows = options.rows(2);
 //! #     for z in [1.0, 3.0] {
@@ -66,23 +66,24 @@ mod write;
 
 pub use attribute::Attribute;
 pub use channel::{AlphaChannels, Channel, ChannelType};
-pub use error::{Error, Result};
+pub use error::Error;
 pub use layout::Layout;
 pub use limits::Limits;
-pub use read::header::Header;
-pub use read::reader::DeepExrReader;
-pub use rows::{Alpha, DeepRows};
+pub use read::{header::Header, reader::DeepExrReader};
+pub use rows::DeepRows;
 pub use sample::DeepSample;
 pub use window::Window;
-pub use write::compression::Compression;
-pub use write::options::WriteOptions;
-pub use write::sample_type::SampleType;
-pub use write::writer::DeepExrWriter;
+pub use write::{compression::Compression, sample_type::SampleType};
+pub use write::{options::WriteOptions, writer::DeepExrWriter};
 
 /// Parts that the other crates of this family stand on. They may change with any
 /// version.
 #[doc(hidden)]
 pub mod detail {
-    pub use crate::grid::{Block, ChunkGrid};
-    pub use crate::write::encoder::{ChunkEncoder, EncodedChunk};
+    pub use crate::{
+        error::Result,
+        grid::{Block, ChunkGrid},
+        rows::Alpha,
+        write::encoder::{ChunkEncoder, EncodedChunk},
+    };
 }

@@ -9,7 +9,8 @@ use crate::sample::DeepSample;
 /// Opacities of all samples of a [`DeepRows`].
 ///
 /// ```
-/// use deep_exr::{Alpha, AlphaChannels, DeepRows};
+/// use deep_exr::detail::Alpha;
+/// use deep_exr::{AlphaChannels, DeepRows};
 ///
 /// let rows = DeepRows::new(1, AlphaChannels::Colour, false);
 /// assert!(matches!(rows.alpha(), Alpha::Colour([red, _, _]) if red.is_empty()));

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use deepshadow::glam::DVec3;
 use deepshadow::scene::{LightOutline, TracedScene, builtin_scene};
-use deepshadow::{Bake, Kind, Query, ShadowMap, TraceMethod, bake, reference_shadow};
+use deepshadow::{Bake, Kind, Query, Shadow, ShadowMap, TraceMethod, bake};
 
 /// Shadow rays of a point.
 const RAYS: u32 = 256;
@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     // The map knows its light; the query only says how many rays.
     let query = Query::new().with_method(TraceMethod::new(RAYS));
     let shadow = ShadowMap::open(&path)?.shadow(&query)?;
-    let reference = reference_shadow(Arc::new(TracedScene::new(&scene)?), &scene, RAYS)?;
+    let reference = Shadow::reference(Arc::new(TracedScene::new(&scene)?), &scene, RAYS)?;
 
     // A row of points on the ground, through a penumbra.
     let points: Vec<DVec3> =

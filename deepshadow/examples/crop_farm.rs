@@ -9,9 +9,9 @@ use std::error::Error;
 use std::fs;
 use std::ops::ControlFlow;
 
-use deepshadow::Progress;
 use deepshadow::files::{Limits, MapReader, merge};
 use deepshadow::scene::builtin_scene;
+use deepshadow::visibility::Progress;
 use deepshadow::{Bake, ShadowMap, bake};
 
 /// Width and height of the map and of a tile, in pixels; crops end at tiles.

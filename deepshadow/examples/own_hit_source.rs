@@ -9,8 +9,10 @@ use std::ops::ControlFlow;
 
 use deepshadow::glam::DVec3;
 use deepshadow::scene::{Light, LightOutline};
-use deepshadow::visibility::{RayHits, RaySource, SamplePoint, SurfaceHit};
-use deepshadow::{Bake, Projection, Query, ShadowMap, ThroughView, View, ViewRaster, bake};
+use deepshadow::visibility::{
+    Projection, RayHits, RaySource, SamplePoint, SurfaceHit, View, ViewRaster,
+};
+use deepshadow::{Bake, Query, ShadowMap, ThroughView, bake};
 
 fn main() -> Result<(), Box<dyn Error>> {
     // The shadow camera sits in the light and looks at the origin.

@@ -10,10 +10,8 @@ use std::thread;
 
 use deepshadow::glam::DVec3;
 use deepshadow::scene::builtin_scene;
-use deepshadow::{
-    Bake, Bias, Facing, Filter, FilterMethod, FilterShape, Footprint, OpenOptions, Query,
-    ShadedPoint, bake,
-};
+use deepshadow::visibility::{Bias, Facing, Filter, FilterShape, Footprint, ShadedPoint};
+use deepshadow::{Bake, FilterMethod, OpenOptions, Query, bake};
 
 /// Threads of the renderer, and the shading points of each.
 const THREADS: u32 = 4;

@@ -6,7 +6,10 @@ use std::path::Path;
 use dsm_core::Progress;
 use dsm_scene::Light;
 
-use crate::bake::{Bake, BakeReport, Job, Occluders};
+use crate::bake::Job;
+use crate::bake::occluders::Occluders;
+use crate::bake::report::BakeReport;
+use crate::bake::settings::Bake;
 use crate::error::{Error, Result};
 use crate::kinds::implementation;
 

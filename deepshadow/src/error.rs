@@ -2,8 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use dsm_io::MapKind;
-use dsm_io::detail::KindReader;
+use dsm_io::detail::{KindReader, MapKind};
 
 /// An error of the front door; [`source`](std::error::Error::source) leads to its
 /// cause.

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::query::Method;
+use crate::query::method::Method;
 
 /// A kind of map that can be baked and queried.
 ///

@@ -21,17 +21,30 @@ pub use dsm_io as files;
 pub use dsm_scene as scene;
 pub use glam;
 
-pub use bake::{AnyHitSource, Bake, BakeReport, Channels, Occluders, SourceError, ThroughView};
-pub use bake_map::bake;
-pub use dsm_core::{
-    AreaLight, Bias, BiasSummary, Facing, Filter, FilterShape, Footprint, LevelChoice,
-    LightVisibility, Progress, Projection, ShadedPoint, Tolerance, View, ViewRaster,
+pub use bake::occluders::{AnyHitSource, Occluders, ThroughView};
+pub use bake::{
+    report::BakeReport,
+    settings::{Bake, Channels},
 };
-pub use error::{Error, Result};
-pub use file::OpenOptions;
+pub use bake_map::bake;
+pub use error::Error;
+pub use file::open_options::OpenOptions;
 pub use kind::Kind;
-pub use mtsm::LeafRule;
-pub use query::{FarTable, FilterMethod, Method, PcfMethod, Query, TraceMethod};
-pub use shadow::{PlainShadow, Shadow, ShadowStatistics, plain_shadow, reference_shadow};
+pub use mtsm::detail::LeafRule;
+pub use query::settings::Query;
+pub use query::trace_method::{FarTable, TraceMethod};
+pub use query::{filter_method::FilterMethod, method::Method, pcf_method::PcfMethod};
+pub use shadow::{handle::Shadow, statistics::ShadowStatistics};
 pub use shadow_map::ShadowMap;
 pub use values::Values;
+
+/// Parts that the other crates of this family stand on. They may change with any
+/// version.
+#[doc(hidden)]
+pub mod detail {
+    pub use crate::{
+        bake::occluders::SourceError,
+        error::Result,
+        shadow::plain::{PlainShadow, plain_shadow},
+    };
+}

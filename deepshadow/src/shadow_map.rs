@@ -6,19 +6,21 @@ use std::path::Path;
 use std::sync::Arc;
 
 use dsm_core::{MapInfo, Progress};
-use dsm_io::detail::ErasedMap;
+use dsm_io::detail::{Container, ErasedMap, Level, TileRect, check_bound};
 use dsm_io::{
-    AnyDeepMap, Container, Error as FileError, Level, Limits, MapReader, MapSource, MapSummary,
-    Metadata, PixelContents, TileRect, check_bound,
+    AnyDeepMap, Error as FileError, Limits, MapReader, MapSource, MapSummary, Metadata,
+    PixelContents,
 };
 use glam::DVec3;
 
 use crate::error::{Error, Result};
-use crate::file::{OpenMap, OpenOptions};
+use crate::file::OpenMap;
+use crate::file::open_options::OpenOptions;
 use crate::kind::Kind;
 use crate::kinds::implementation;
-use crate::query::{Method, Query};
-use crate::shadow::Shadow;
+use crate::query::method::Method;
+use crate::query::settings::Query;
+use crate::shadow::handle::Shadow;
 use crate::values::Values;
 
 /// A shadow map in a file, of any kind and number of channels. Clones are the same

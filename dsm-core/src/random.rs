@@ -26,7 +26,7 @@ pub fn mix(value: u64) -> u64 {
 /// after it: every first state gives a sequence of its own, of 2⁶⁴ numbers.
 ///
 /// ```
-/// use dsm_core::random::{next_bits, unit};
+/// use dsm_core::detail::random::{next_bits, unit};
 ///
 /// let mut state = 7;
 /// let numbers = [unit(next_bits(&mut state)), unit(next_bits(&mut state))];
@@ -75,7 +75,7 @@ pub fn unit(bits: u64) -> f64 {
 /// ratio, from `start` in [0, 1).
 ///
 /// ```
-/// use dsm_core::random::golden;
+/// use dsm_core::detail::random::golden;
 ///
 /// let mut numbers: Vec<f64> = (0..8).map(|index| golden(0.0, f64::from(index))).collect();
 /// numbers.sort_by(f64::total_cmp);

@@ -13,8 +13,8 @@ use dsm_core::{
     DeepMap, Filter, FilterShape, Footprint, MapInfo, PixelListsBuilder, Receiver, Vertex,
     VisibilityField, filtered_lookup,
 };
-use dsm_io::detail::AchievedError;
-use dsm_io::{CachedMap, Limits, MapReader, Metadata, TileCache, WriteOptions, write_map};
+use dsm_io::detail::{CachedMap, TileCache};
+use dsm_io::{AchievedError, Limits, MapReader, Metadata, WriteOptions, write_map};
 
 const SIZES: [u32; 2] = [512, 1024];
 const LOOKUPS: u32 = 1 << 17;

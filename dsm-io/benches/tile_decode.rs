@@ -6,9 +6,10 @@
 
 use divan::Bencher;
 use divan::counter::BytesCount;
-use dsm_core::{DeepMap, MapInfo, PixelLists, PixelListsBuilder, Rgb, Transmittance, Vertex};
-use dsm_io::detail::{AchievedError, EncodedTile, TileId};
-use dsm_io::{Block, Codec, Limits, MapReader, Metadata, WriteOptions, write_map};
+use dsm_core::detail::PixelLists;
+use dsm_core::{DeepMap, MapInfo, PixelListsBuilder, Rgb, Transmittance, Vertex};
+use dsm_io::detail::{EncodedTile, TileId};
+use dsm_io::{AchievedError, Block, Codec, Limits, MapReader, Metadata, WriteOptions, write_map};
 
 fn main() {
     divan::main();

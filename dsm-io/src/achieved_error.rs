@@ -1,6 +1,13 @@
 //! The error that stored functions have.
 
 /// The error of stored visibility functions against what they stand for.
+///
+/// ```
+/// use dsm_io::AchievedError;
+///
+/// let measured = AchievedError::enclosing(0.004, 0.001);
+/// assert!(measured.is_within(0.01) && !measured.is_within(0.001));
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AchievedError {
     /// The largest |V′(z) − V(z)| of all pixels, depths and channels.

@@ -25,7 +25,8 @@ use crate::writer::MapWriter;
 /// Storage of a baked map: codec, packing and mip levels.
 ///
 /// ```
-/// use dsm_io::{BakeOptions, Codec, PyramidOptions};
+/// use dsm_io::detail::BakeOptions;
+/// use dsm_io::{Codec, PyramidOptions};
 ///
 /// let options =
 ///     BakeOptions::default().with_codec(Codec::Quantized).with_pyramid(Some(PyramidOptions::default()));
@@ -107,7 +108,8 @@ pub struct BakeReport {
 /// use std::ops::ControlFlow;
 ///
 /// use dsm_core::{BakeSettings, Baker, Error, RayHits, RaySource, SamplePoint, SurfaceHit};
-/// use dsm_io::{BakeOptions, Codec, Limits, MapReader, bake};
+/// use dsm_io::detail::{BakeOptions, bake};
+/// use dsm_io::{Codec, Limits, MapReader};
 ///
 /// // A pane at depth 2 that takes half of the light.
 /// let source = RaySource(|_: SamplePoint, ray: &mut RayHits<f32>| -> Result<(), Error> {

@@ -1,7 +1,7 @@
 //! Puts pixels together that come from elsewhere, column by column.
 
-use dsm_core::detail::VisibilityView;
-use dsm_core::{PixelLists, Transmittance};
+use dsm_core::Transmittance;
+use dsm_core::detail::{PixelLists, VisibilityView};
 
 use crate::error::{Error, Result, check_limit};
 

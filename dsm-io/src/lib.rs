@@ -1,12 +1,10 @@
 //! The `.dsm` file format, and what deep OpenEXR images have to do with it.
 //!
 //! A `.dsm` file holds a deep shadow map in tiles, in as many levels as it
-//! has; `docs/format/dsm-1.md` is the format's definition. [`MapWriter`]
-//! writes one, tile by tile, and [`MapReader`] reads it, in place where it
-//! can; [`TileCache`] keeps the tiles of many maps at hand for lookups; [`mip`]
-//! gives a map the levels of a pyramid. [`Container`] and [`detail::ContainerWriter`] do
-//! the same for maps of any kind: they know sections and tiles, not what those
-//! mean.
+//! has; `docs/format/dsm-1.md` is the format's definition. [`write_map`]
+//! writes one and [`MapReader`] reads it, in place where it can; [`mip`] gives a
+//! map the levels of a pyramid; [`convert()`] makes one of a deep image, and
+//! [`export_deep_exr`] an image of one.
 
 mod achieved_error;
 mod any_cached_map;
@@ -44,64 +42,76 @@ mod writer;
 /// of [`MapSource`] are.
 pub use deep_exr;
 
+pub use achieved_error::AchievedError;
 pub use any_deep_map::AnyDeepMap;
 pub use attribute::Attribute;
-pub use bake::{BakeOptions, BakeReport, bake};
-pub use cache::TileCache;
-pub use cache::map::CachedMap;
-pub use cache::shadow::CachedShadow;
-pub use cache::statistics::CacheStatistics;
 pub use codec::{Block, Codec};
-pub use convert::compare::{MapDifference, check_bound, compare, compare_levels};
 pub use convert::export::{ExportReport, export_deep_exr};
-pub use convert::export_options::ExportOptions;
-pub use convert::report::ImportReport;
-pub use convert::source::MapSource;
 pub use convert::tiles::{ConvertOptions, convert};
-pub use error::{Error, Place, Result};
-pub use format::container::Container;
-pub use format::level::Level;
-pub use format::version::FORMAT_VERSION;
-pub use kind::{Kinds, MapKind, MapSummary, PixelContents};
+pub use convert::{export_options::ExportOptions, report::ImportReport, source::MapSource};
+pub use error::Error;
+pub use kind::{pixel_contents::PixelContents, summary::MapSummary};
 pub use limits::Limits;
 pub use merge::{MergeReport, merge};
 pub use metadata::Metadata;
-pub use pyramid::plan::PyramidOptions;
-pub use pyramid::stored::mip;
+pub use pyramid::{plan::PyramidOptions, stored::mip};
 pub use reader::MapReader;
-pub use source::Source;
-pub use tile_id::TileRect;
 pub use write_options::WriteOptions;
-pub use writer::{MapWriter, write_map};
+pub use writer::write_map;
 
 /// Parts that the other crates of this family stand on. They may change with any
 /// version.
 #[doc(hidden)]
 pub mod detail {
-    pub use crate::achieved_error::AchievedError;
-    pub use crate::any_cached_map::AnyCachedMap;
-    pub use crate::cache::cursor::LookupCursor;
-    pub use crate::cache::shadow::CursorPool;
-    pub use crate::cache::tile::CachedTile;
-    pub use crate::codec::stored_tile::StoredTile;
-    pub use crate::codec::tile_columns::{ColumnReader, TileColumn};
-    pub use crate::crop::Crop;
-    pub use crate::format::atomic_file::{check_output, replace_file};
-    pub use crate::format::directory::{TileDirectory, TileEntry};
-    pub use crate::format::encoded_tile::EncodedTile;
-    pub use crate::format::write::ContainerWriter;
-    pub use crate::kind::{
-        Deep, DeepKeys, ErasedMap, FieldKind, KindReader, KindWriter, MapTiles, PixelValue,
-        SummaryValue,
+    pub use crate::{
+        any_cached_map::AnyCachedMap,
+        bake::{BakeOptions, BakeReport, bake},
+        cache::{
+            TileCache,
+            cursor::LookupCursor,
+            map::CachedMap,
+            shadow::{CachedShadow, CursorPool},
+            statistics::CacheStatistics,
+            tile::CachedTile,
+        },
+        codec::{
+            stored_tile::StoredTile,
+            tile_columns::{ColumnReader, TileColumn},
+        },
+        convert::compare::{MapDifference, check_bound, compare, compare_levels},
+        crop::Crop,
+        error::{Place, Result},
+        format::{
+            atomic_file::{check_output, replace_file},
+            container::Container,
+            directory::{TileDirectory, TileEntry},
+            encoded_tile::EncodedTile,
+            level::Level,
+            version::FORMAT_VERSION,
+            write::ContainerWriter,
+        },
+        kind::{
+            deep::{Deep, DeepKeys},
+            erased_map::ErasedMap,
+            kinds::Kinds,
+            map_kind::{FieldKind, MapKind},
+            map_tiles::MapTiles,
+            pixel_contents::PixelValue,
+            reader::KindReader,
+            summary::SummaryValue,
+            writer::KindWriter,
+        },
+        map_tile::MapTile,
+        pyramid::{
+            build::build_pyramid,
+            source::{PixelFunctions, PyramidSource, SourceTile},
+        },
+        row_order::RowOrder,
+        section_kind::SectionKind,
+        source::{Source, mapped::MappedFile, memory::Memory},
+        tile::Tile,
+        tile_id::{TileId, TileRect},
+        worst_pixel::WorstPixel,
+        writer::MapWriter,
     };
-    pub use crate::map_tile::MapTile;
-    pub use crate::pyramid::build::build_pyramid;
-    pub use crate::pyramid::source::{PixelFunctions, PyramidSource, SourceTile};
-    pub use crate::row_order::RowOrder;
-    pub use crate::section_kind::SectionKind;
-    pub use crate::source::mapped::MappedFile;
-    pub use crate::source::memory::Memory;
-    pub use crate::tile::Tile;
-    pub use crate::tile_id::TileId;
-    pub use crate::worst_pixel::WorstPixel;
 }

@@ -2,7 +2,8 @@
 
 use std::fmt::Debug;
 
-use dsm_core::{PixelLists, Transmittance};
+use dsm_core::Transmittance;
+use dsm_core::detail::PixelLists;
 
 /// The decoded pixels of a tile, in memory of their own.
 pub trait MapTile: Debug + Send + Sync + 'static {

@@ -1,7 +1,9 @@
 //! Compression that measures its own error.
 
-use dsm_core::detail::{Compression, Compressor, SumVertex, VisibilityDifference, VisibilityView};
-use dsm_core::{PixelLists, PixelListsBuilder, Tolerance, Transmittance};
+use dsm_core::detail::{
+    Compression, Compressor, PixelLists, SumVertex, VisibilityDifference, VisibilityView,
+};
+use dsm_core::{PixelListsBuilder, Tolerance, Transmittance};
 
 use crate::achieved_error::AchievedError;
 use crate::error::Result;

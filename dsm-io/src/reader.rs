@@ -1,6 +1,7 @@
 //! Reads deep maps.
 
-use dsm_core::{DeepMap, PixelLists, Transmittance};
+use dsm_core::detail::PixelLists;
+use dsm_core::{DeepMap, Transmittance};
 
 use crate::any_deep_map::AnyDeepMap;
 use crate::codec::Block;
@@ -8,7 +9,8 @@ use crate::codec::stored_tile::StoredTile;
 use crate::columns::Columns;
 use crate::error::Result;
 use crate::format::level::Level;
-use crate::kind::{Deep, KindReader};
+use crate::kind::deep::Deep;
+use crate::kind::reader::KindReader;
 use crate::tile::Tile;
 use crate::tile_id::TileId;
 

@@ -1,7 +1,6 @@
 //! A tile's pixels, in place or decoded.
 
-use dsm_core::PixelLists;
-use dsm_core::detail::PixelListsView;
+use dsm_core::detail::{PixelLists, PixelListsView};
 
 /// The pixels of a tile, whose every function was checked.
 #[derive(Clone, Debug)]

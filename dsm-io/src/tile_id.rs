@@ -30,7 +30,7 @@ impl fmt::Display for TileId {
 /// The pixels of its level that a tile covers.
 ///
 /// ```
-/// use dsm_io::TileRect;
+/// use dsm_io::detail::TileRect;
 ///
 /// assert_eq!(TileRect { x: 64, y: 0, width: 36, height: 50 }.pixel_count(), 1800);
 /// ```

@@ -12,7 +12,8 @@ use crate::crop::Crop;
 use crate::error::{Error, Result};
 use crate::format::encoded_tile::EncodedTile;
 use crate::format::level::Level;
-use crate::kind::{Deep, DeepKeys, KindWriter};
+use crate::kind::deep::{Deep, DeepKeys};
+use crate::kind::writer::KindWriter;
 use crate::metadata::Metadata;
 use crate::tile_id::TileId;
 use crate::write_options::WriteOptions;
@@ -33,8 +34,8 @@ use crate::write_options::WriteOptions;
 ///
 /// ```
 /// use dsm_core::{MapInfo, PixelListsBuilder, Vertex};
-/// use dsm_io::{Limits, MapReader, MapWriter, Metadata, WriteOptions};
-/// use dsm_io::detail::{AchievedError, TileId};
+/// use dsm_io::detail::{MapWriter, TileId};
+/// use dsm_io::{AchievedError, Limits, MapReader, Metadata, WriteOptions};
 ///
 /// let mut pixels = PixelListsBuilder::<f32>::new(2, 1);
 /// pixels.push(Vertex::new(2.0, 1.0));
@@ -87,8 +88,8 @@ impl MapWriter {
     ///
     /// ```
     /// use dsm_core::MapInfo;
-    /// use dsm_io::{Limits, MapReader, MapWriter, Metadata, WriteOptions};
-    /// use dsm_io::detail::Crop;
+    /// use dsm_io::detail::{Crop, MapWriter};
+    /// use dsm_io::{Limits, MapReader, Metadata, WriteOptions};
     ///
     /// # let folder = tempfile::tempdir()?;
     /// # let path = folder.path().join("right.dsm");

@@ -11,16 +11,15 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use dsm_core::detail::{BlockVisitor, InFile};
+use dsm_core::detail::{BlockVisitor, InFile, Pyramid};
 use dsm_core::{
-    DeepMap, Filter, FilterShape, Footprint, LevelChoice, MapInfo, PixelListsBuilder, Pyramid,
-    Receiver, Rgb, Transmittance, Vertex, VisibilityField, filtered_lookup,
+    DeepMap, Filter, FilterShape, Footprint, LevelChoice, MapInfo, PixelListsBuilder, Receiver,
+    Rgb, Transmittance, Vertex, VisibilityField, filtered_lookup,
 };
-use dsm_io::detail::{AchievedError, LookupCursor, Memory, TileId};
-use dsm_io::{
-    Block, Container, Error, Level, Limits, MapReader, MapWriter, Metadata, Source, TileCache,
-    WriteOptions, write_map,
+use dsm_io::detail::{
+    Container, Level, LookupCursor, MapWriter, Memory, Source, TileCache, TileId,
 };
+use dsm_io::{AchievedError, Block, Error, Limits, MapReader, Metadata, WriteOptions, write_map};
 
 const SIZE: [u32; 2] = [150, 100];
 const TILE: u32 = 9;
@@ -301,7 +300,7 @@ impl Source for Repairable {
         self.whole.length()
     }
 
-    fn read(&self, range: Range<u64>) -> dsm_io::Result<Cow<'_, [u8]>> {
+    fn read(&self, range: Range<u64>) -> dsm_io::detail::Result<Cow<'_, [u8]>> {
         let repaired = self.is_repaired.load(Ordering::SeqCst);
         if repaired { self.whole.read(range) } else { self.damaged.read(range) }
     }

@@ -9,7 +9,7 @@ use crate::error::{Error, Place, Result};
 /// The extension of a texture outside [0, 1].
 ///
 /// ```
-/// use dsm_scene::{AlphaTexture, Wrap};
+/// use dsm_scene::detail::{AlphaTexture, Wrap};
 /// use glam::Vec2;
 ///
 /// let mut texture = AlphaTexture::new(2, 1, vec![0, 255])?;
@@ -48,7 +48,7 @@ impl Wrap {
 /// The alpha channel of an image; u right, v down, as in glTF.
 ///
 /// ```
-/// use dsm_scene::AlphaTexture;
+/// use dsm_scene::detail::AlphaTexture;
 /// use glam::Vec2;
 ///
 /// let texture = AlphaTexture::new(2, 1, vec![0, 255])?;
@@ -115,7 +115,7 @@ impl AlphaTexture {
 /// The use of an alpha value.
 ///
 /// ```
-/// use dsm_scene::{Alpha, AlphaMode};
+/// use dsm_scene::detail::{Alpha, AlphaMode};
 /// use glam::Vec2;
 ///
 /// let opacity = |mode| Alpha { mode, factor: 0.25, texture: None }.opacity(Vec2::ZERO);
@@ -138,7 +138,7 @@ pub enum AlphaMode {
 /// The opacity of a material.
 ///
 /// ```
-/// use dsm_scene::{Alpha, AlphaMode, AlphaTexture};
+/// use dsm_scene::detail::{Alpha, AlphaMode, AlphaTexture};
 /// use glam::Vec2;
 ///
 /// let texture = Some(AlphaTexture::new(1, 1, vec![255])?);

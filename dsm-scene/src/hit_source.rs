@@ -5,13 +5,14 @@ use std::sync::Arc;
 use dsm_core::{HitSource, TileHits, TileSamples, Transmittance, ViewRaster};
 
 use crate::error::{Error, Result};
-use crate::trace::TracedScene;
+use crate::trace::traced_scene::TracedScene;
 
 /// A scene as a shadow camera sees it, ray by ray.
 ///
 /// ```
 /// use dsm_core::{HitSource, PixelSampling, TileHits, TileSamples};
-/// use dsm_scene::{SceneHitSource, TracedScene, builtin_scene};
+/// use dsm_scene::detail::SceneHitSource;
+/// use dsm_scene::{TracedScene, builtin_scene};
 ///
 /// let scene = builtin_scene("spinning-sphere")?;
 /// let traced = TracedScene::new(&scene)?;

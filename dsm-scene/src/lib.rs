@@ -36,32 +36,40 @@ mod transform;
 mod view;
 mod volume;
 
-pub use alpha::{Alpha, AlphaMode, AlphaTexture, Wrap};
-pub use builtin::{BUILTIN_SCENES, builtin_scene};
+pub use builtin::builtin_scene;
 pub use curves::Curves;
-pub use error::{Error, Result};
+pub use error::Error;
 pub use file::open_scene;
-pub use hit_source::SceneHitSource;
-pub use load::load_shape;
 pub use mesh::TriangleMesh;
 pub use raster::scene_rasterizer::SceneRasterizer;
-pub use reference::SceneReference;
-pub use render::{Image, ImageDifference, RenderSettings, Renderer};
 pub use scene::{Object, Scene, Shape};
-pub use trace::TracedScene;
+pub use trace::traced_scene::TracedScene;
 pub use transform::{Motion, Transform};
-pub use view::{Camera, Light, LightOutline};
+pub use view::{Light, LightOutline};
 pub use volume::{Volume, VolumeBuilder};
 
 /// Parts that the other crates of this family stand on. They may change with any
 /// version.
 #[doc(hidden)]
 pub mod detail {
-    pub use crate::bounds::Bounds;
-    pub use crate::error::Place;
-    pub use crate::load::{load_curves, load_mesh, load_volume};
-    pub use crate::raster::rasterizer::{Rasterizer, RasterizerBuilder};
-    pub use crate::raster::segment::Segment;
-    pub use crate::render::srgb_code;
-    pub use crate::trace::Tracer;
+    pub use crate::{
+        alpha::{Alpha, AlphaMode, AlphaTexture, Wrap},
+        bounds::Bounds,
+        builtin::BUILTIN_SCENES,
+        error::{Place, Result},
+        hit_source::SceneHitSource,
+        load::{load_curves, load_mesh, load_shape, load_volume},
+        raster::{
+            rasterizer::{Rasterizer, RasterizerBuilder},
+            segment::Segment,
+        },
+        reference::SceneReference,
+        render::{
+            image::{Image, ImageDifference},
+            png::srgb_code,
+            renderer::{RenderSettings, Renderer},
+        },
+        trace::traced_scene::Tracer,
+        view::Camera,
+    };
 }

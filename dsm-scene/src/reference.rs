@@ -4,12 +4,12 @@ use std::convert::Infallible;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use dsm_core::random::golden;
+use dsm_core::detail::random::golden;
 use dsm_core::{AreaLight, LightVisibility, OcclusionTracer, Ray, Transmittance};
-use dsm_trace::LightMean;
+use dsm_trace::detail::LightMean;
 use glam::DVec3;
 
-use crate::trace::TracedScene;
+use crate::trace::traced_scene::TracedScene;
 
 /// The ray traced reference: shadow rays through a scene, which every map is
 /// compared with.
@@ -22,7 +22,8 @@ use crate::trace::TracedScene;
 ///
 /// ```
 /// use dsm_core::LightVisibility;
-/// use dsm_scene::{SceneReference, TracedScene, builtin_scene};
+/// use dsm_scene::detail::SceneReference;
+/// use dsm_scene::{TracedScene, builtin_scene};
 /// use glam::DVec3;
 ///
 /// let scene = builtin_scene("pipes")?;

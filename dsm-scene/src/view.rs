@@ -8,7 +8,7 @@ use crate::error::{Error, Place, Result};
 ///
 /// ```
 /// use dsm_core::View;
-/// use dsm_scene::Camera;
+/// use dsm_scene::detail::Camera;
 /// use glam::DVec3;
 ///
 /// let view = View { eye: DVec3::Z * 5.0, target: DVec3::ZERO, up: DVec3::Y };

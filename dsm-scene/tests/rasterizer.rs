@@ -6,9 +6,10 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use dsm_core::{HitSource, PixelSampling, Projection, Rgb, TileHits, TileSamples, ViewRaster};
+use dsm_scene::detail::{Alpha, AlphaMode, BUILTIN_SCENES, SceneHitSource};
 use dsm_scene::{
-    Alpha, AlphaMode, BUILTIN_SCENES, Curves, Motion, Object, Scene, SceneHitSource,
-    SceneRasterizer, Shape, TracedScene, Transform, TriangleMesh, builtin_scene,
+    Curves, Motion, Object, Scene, SceneRasterizer, Shape, TracedScene, Transform, TriangleMesh,
+    builtin_scene,
 };
 use glam::{DVec3, Vec3};
 

@@ -7,10 +7,8 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use dsm_core::{AreaLight, LightVisibility, Rgb, Transmittance, View};
-use dsm_scene::{
-    Camera, Image, Object, RenderSettings, Renderer, Scene, SceneReference, Shape, TracedScene,
-    TriangleMesh, Volume,
-};
+use dsm_scene::detail::{Camera, Image, RenderSettings, Renderer, SceneReference};
+use dsm_scene::{Object, Scene, Shape, TracedScene, TriangleMesh, Volume};
 use glam::{DVec3, IVec3, UVec3, Vec3};
 
 /// Looks down from height 10 onto 4 × 4 units of the ground.

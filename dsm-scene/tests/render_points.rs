@@ -8,9 +8,9 @@ use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex};
 
 use dsm_core::{AreaLight, Facing, LightVisibility, Rgb, ShadedPoint, View};
+use dsm_scene::detail::{Camera, Image, RenderSettings, Renderer};
 use dsm_scene::{
-    Camera, Curves, Image, Motion, Object, RenderSettings, Renderer, Scene, Shape, TracedScene,
-    Transform, TriangleMesh, Volume,
+    Curves, Motion, Object, Scene, Shape, TracedScene, Transform, TriangleMesh, Volume,
 };
 use glam::{DVec3, IVec3, UVec3, Vec3};
 

@@ -13,7 +13,7 @@ pub struct Layering {
     /// The depth of the light's centre on the camera's axis, finite and at least 0:
     /// more where the camera was moved back from it ([`LightFrame`]).
     ///
-    /// [`LightFrame`]: crate::LightFrame
+    /// [`LightFrame`]: crate::light_frame::LightFrame
     pub light_depth: f32,
 }
 

@@ -1,12 +1,11 @@
 //! Shadow rays through depth images, whatever each pixel holds.
 //!
 //! Seen from a light, a shadow ray is a straight line in
-//! ([raster x, raster y, 1/depth](LightFrame)), so that a map is traced like a
+//! (raster x, raster y, 1/depth), so that a map is traced like a
 //! scene: [`ShadowRay`] → [`MinMaxPyramid`] → [`walk_pixels`], which hands each
 //! pixel that may hold an occluder of the ray to a visitor (Xie,
 //! Tabellion & Pearce, *Soft Shadows by Ray Tracing Multilayer Transparent
-//! Shadow Maps*, EGSR 2007, §4.3 and §6.1). [`LightMean`] averages rays over the
-//! samples of an area light.
+//! Shadow Maps*, EGSR 2007, §4.3 and §6.1).
 
 mod layering;
 mod light_frame;
@@ -17,20 +16,21 @@ mod shadow_ray;
 mod statistics;
 mod walk;
 
-pub use light_frame::LightFrame;
-pub use light_mean::LightMean;
 pub use min_max_pyramid::MinMaxPyramid;
 pub use shadow_ray::ShadowRay;
-pub use statistics::TraceStatistics;
 pub use walk::walk_pixels;
 
 /// Parts that the other crates of this family stand on. They may change with any
 /// version.
 #[doc(hidden)]
 pub mod detail {
-    pub use crate::layering::Layering;
-    pub use crate::min_max_builder::MinMaxBuilder;
-    pub use crate::shadow_ray::RayClip;
-    pub use crate::statistics::TraceCounters;
-    pub use crate::walk::{PixelLeaf, walk_every_pixel};
+    pub use crate::{
+        layering::Layering,
+        light_frame::LightFrame,
+        light_mean::LightMean,
+        min_max_builder::MinMaxBuilder,
+        shadow_ray::RayClip,
+        statistics::{TraceCounters, TraceStatistics},
+        walk::{PixelLeaf, walk_every_pixel},
+    };
 }

@@ -1,7 +1,7 @@
 //! The space in which shadow rays of an area light are straight.
 
-use dsm_core::detail::LightExtent;
-use dsm_core::{AreaLight, Error, LightShape, Result, ShadowCamera};
+use dsm_core::detail::{LightExtent, Result};
+use dsm_core::{AreaLight, Error, LightShape, ShadowCamera};
 use glam::{DAffine3, DMat2, DMat3, DVec2, DVec3, DVec4};
 
 use super::shadow_ray::ShadowRay;
@@ -19,7 +19,7 @@ use super::shadow_ray::ShadowRay;
 /// ```
 /// use dsm_core::ShadowCamera;
 /// use glam::{DVec3, DMat4, DVec4};
-/// use dsm_trace::LightFrame;
+/// use dsm_trace::detail::LightFrame;
 ///
 /// // At the origin, looking down −z, 90 degrees wide.
 /// let to_ndc = DMat4::from_cols(
@@ -104,7 +104,7 @@ impl LightFrame {
     /// use dsm_core::detail::LightExtent;
     ///
     /// let light = LightExtent { shape: LightShape::Rectangle, size: [1.0, 0.5] };
-    /// assert_eq!(dsm_trace::LightFrame::push_back(light, [0.5, 0.125]), 2.0);
+    /// assert_eq!(dsm_trace::detail::LightFrame::push_back(light, [0.5, 0.125]), 2.0);
     /// ```
     #[must_use]
     pub fn push_back(light: LightExtent, half_size: [f64; 2]) -> f64 {

@@ -7,7 +7,7 @@ use dsm_core::Transmittance;
 ///
 /// ```
 /// use dsm_core::AreaLight;
-/// use dsm_trace::LightMean;
+/// use dsm_trace::detail::LightMean;
 /// use glam::DVec3;
 ///
 /// // A screen that covers the half of the light with x < 0.

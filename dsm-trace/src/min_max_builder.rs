@@ -1,6 +1,7 @@
 //! Construction of a [`MinMaxPyramid`] from pixels in any order.
 
-use dsm_core::{Error, Result};
+use dsm_core::Error;
+use dsm_core::detail::Result;
 
 use crate::min_max_pyramid::{EMPTY, MinMaxPyramid};
 

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// The number of traced rays, and of those without an answer in the map.
 ///
 /// ```
-/// use dsm_trace::TraceStatistics;
+/// use dsm_trace::detail::TraceStatistics;
 ///
 /// let statistics = TraceStatistics { rays: 256, outside_map: 64, behind_light: 0 };
 /// assert_eq!(statistics.rays - statistics.outside_map, 192);
@@ -25,8 +25,7 @@ pub struct TraceStatistics {
 /// [`TraceStatistics`] that all threads add to.
 ///
 /// ```
-/// use dsm_trace::TraceStatistics;
-/// use dsm_trace::detail::TraceCounters;
+/// use dsm_trace::detail::{TraceCounters, TraceStatistics};
 ///
 /// let counters = TraceCounters::default();
 /// counters.add(TraceStatistics { rays: 256, outside_map: 3, behind_light: 0 });

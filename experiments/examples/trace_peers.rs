@@ -22,7 +22,7 @@ use dsm_core::{Projection, Rgb};
 use dsm_scene::{SceneRasterizer, open_scene};
 use glam::DVec3;
 use rayon::prelude::*;
-use shadow_maps::fragments::{FragmentBuilder, FragmentTracer, TraceScratch};
+use shadow_maps::detail::{FragmentBuilder, FragmentTracer, TraceScratch};
 
 const RAYS: u32 = 256;
 

@@ -4,10 +4,10 @@
 use std::ops::{ControlFlow, Range};
 use std::sync::{Mutex, PoisonError};
 
-use dsm_core::detail::SampledPixel;
-use dsm_core::{Baker, Error, HitSource, Progress, Result, Transmittance};
+use dsm_core::detail::{Result, SampledPixel};
+use dsm_core::{Baker, Error, HitSource, Progress, Transmittance};
 use dsm_io::detail::RowOrder;
-use dsm_trace::LightFrame;
+use dsm_trace::detail::LightFrame;
 
 use crate::depth_layers::{DepthLayers, MultilayerDepthMap};
 use crate::layer::Layer;

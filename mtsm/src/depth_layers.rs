@@ -1,7 +1,8 @@
 //! Multilayer depth maps: the first hits of every pixel (Xie, Tabellion & Pearce
 //! 2007, §4.2).
 
-use dsm_core::{Error, Result, SurfaceHit, Transmittance, VisibilityField};
+use dsm_core::detail::Result;
+use dsm_core::{Error, SurfaceHit, Transmittance, VisibilityField};
 
 use crate::multilayer_settings::LayeredInfo;
 

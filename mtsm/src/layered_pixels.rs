@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use dsm_core::{Error, PixelLists, PixelListsBuilder, Result, Transmittance, Vertex};
+use dsm_core::detail::{PixelLists, Result};
+use dsm_core::{Error, PixelListsBuilder, Transmittance, Vertex};
 
 use crate::layer::{Layer, LayerRun};
 

@@ -1,6 +1,7 @@
 //! Multilayer transparent shadow maps in memory.
 
-use dsm_core::{DeepMap, PixelListsBuilder, Result, Transmittance, VisibilityField};
+use dsm_core::detail::Result;
+use dsm_core::{DeepMap, PixelListsBuilder, Transmittance, VisibilityField};
 
 use crate::layered_pixels::LayeredPixels;
 use crate::multilayer_settings::LayeredInfo;

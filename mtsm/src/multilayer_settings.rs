@@ -1,6 +1,7 @@
 //! Settings of bakes of layered maps.
 
-use dsm_core::{BakeSettings, Error, MapInfo, Result, Tolerance};
+use dsm_core::detail::Result;
+use dsm_core::{BakeSettings, Error, MapInfo, Tolerance};
 use dsm_trace::detail::Layering;
 
 /// Settings of a bake of a layered map: sampling, layers and resets.

@@ -5,8 +5,10 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use dsm_core::{AreaLight, Error, LightVisibility, OcclusionTracer, Transmittance};
-use dsm_trace::detail::{MinMaxBuilder, TraceCounters, walk_every_pixel};
-use dsm_trace::{LightFrame, LightMean, MinMaxPyramid, ShadowRay, TraceStatistics, walk_pixels};
+use dsm_trace::detail::{
+    LightFrame, LightMean, MinMaxBuilder, TraceCounters, TraceStatistics, walk_every_pixel,
+};
+use dsm_trace::{MinMaxPyramid, ShadowRay, walk_pixels};
 use glam::DVec3;
 
 use crate::layers_of_pixel::PixelLayers;
@@ -17,7 +19,7 @@ use crate::traced_map::{TracedMap, map_frame};
 /// Settings of tracing a map of layers.
 ///
 /// ```
-/// use mtsm::{LeafRule, TraceSettings};
+/// use mtsm::detail::{LeafRule, TraceSettings};
 ///
 /// let settings = TraceSettings { rays: 64, ..TraceSettings::default() };
 /// assert_eq!((settings.rule, settings.start), (LeafRule::Ratio, None));
@@ -55,7 +57,7 @@ impl Default for TraceSettings {
 }
 
 impl TraceSettings {
-    fn check(&self) -> dsm_core::Result<()> {
+    fn check(&self) -> dsm_core::detail::Result<()> {
         let refuse = |setting, reason| Err(Error::Setting { setting, reason });
         if self.rays == 0 {
             return refuse("rays", "there must be at least 1 a light");
@@ -89,7 +91,8 @@ type Sum<M> = <<M as Layers>::Value as Transmittance>::Sum;
 ///
 /// use dsm_core::{AreaLight, Error, LightVisibility, RayHits, RaySource, SamplePoint, SurfaceHit};
 /// use glam::DVec3;
-/// use mtsm::{MultilayerBaker, MultilayerSettings, MultilayerTracer, TraceSettings};
+/// use mtsm::detail::{MultilayerTracer, TraceSettings};
+/// use mtsm::{MultilayerBaker, MultilayerSettings};
 ///
 /// # let to_ndc = glam::DMat4::from_cols(
 /// #     glam::DVec4::new(0.5, 0.0, 0.0, 0.0),

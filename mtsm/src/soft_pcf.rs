@@ -4,8 +4,7 @@
 use std::sync::Arc;
 
 use dsm_core::{AreaLight, Error, LightVisibility, Transmittance};
-use dsm_trace::detail::TraceCounters;
-use dsm_trace::{LightFrame, LightMean, TraceStatistics};
+use dsm_trace::detail::{LightFrame, LightMean, TraceCounters, TraceStatistics};
 use glam::DVec3;
 
 use crate::layers_of_pixel::PixelLayers;
@@ -15,7 +14,7 @@ use crate::traced_map::{TracedMap, map_frame};
 /// The layers of a pixel that shade.
 ///
 /// ```
-/// use mtsm::FilteredLayers;
+/// use mtsm::detail::FilteredLayers;
 ///
 /// assert_ne!(FilteredLayers::All, FilteredLayers::Shallowest);
 /// ```
@@ -74,7 +73,7 @@ impl<M: TracedMap> SoftPercentageCloser<M> {
     /// # Errors
     ///
     /// [`Error::Setting`] without any.
-    pub fn with_taps(self, taps: u32) -> dsm_core::Result<Self> {
+    pub fn with_taps(self, taps: u32) -> dsm_core::detail::Result<Self> {
         if taps == 0 {
             let reason = "there must be at least 1 a light";
             return Err(Error::Setting { setting: "taps", reason });
@@ -87,7 +86,7 @@ impl<M: TracedMap> SoftPercentageCloser<M> {
     /// # Errors
     ///
     /// [`Error::Setting`] unless it is finite.
-    pub fn with_bias(self, bias: f64) -> dsm_core::Result<Self> {
+    pub fn with_bias(self, bias: f64) -> dsm_core::detail::Result<Self> {
         if !bias.is_finite() {
             return Err(Error::Setting { setting: "bias", reason: "it must be finite" });
         }

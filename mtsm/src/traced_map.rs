@@ -4,10 +4,10 @@
 use std::convert::Infallible;
 use std::sync::{Mutex, PoisonError};
 
-use dsm_core::{Error, Result, Transmittance};
-use dsm_io::detail::LookupCursor;
-use dsm_io::{CachedMap, MapKind};
-use dsm_trace::LightFrame;
+use dsm_core::detail::Result;
+use dsm_core::{Error, Transmittance};
+use dsm_io::detail::{CachedMap, LookupCursor, MapKind};
+use dsm_trace::detail::LightFrame;
 
 use crate::depth_layers::{DepthLayers, MultilayerDepthMap};
 use crate::layered_pixels::LayeredPixels;
@@ -177,13 +177,13 @@ impl<T: Transmittance> sealed::Layers for MultilayerDepthMap<T> {
 }
 
 /// A file of a map of layers whose tiles are read through a
-/// [`TileCache`](dsm_io::TileCache) when rays need them: level 0 of view 0.
+/// [`TileCache`](dsm_io::detail::TileCache) when rays need them: level 0 of view 0.
 ///
 /// ```no_run
 /// use std::sync::Arc;
-/// use dsm_io::{Limits, TileCache};
-/// use dsm_io::detail::KindReader;
-/// use mtsm::{CachedLayers, Mtsm, MultilayerTracer, TraceSettings};
+/// use dsm_io::detail::{KindReader, TileCache};
+/// use dsm_io::Limits;
+/// use mtsm::detail::{CachedLayers, Mtsm, MultilayerTracer, TraceSettings};
 ///
 /// let cache = TileCache::new(256 << 20);
 /// let reader = KindReader::<Mtsm>::open("fur.dsm", &Limits::default())?;
@@ -251,7 +251,7 @@ where
         PooledCursor { cursor: Some(idle.unwrap_or_else(|| self.map.cursor())), pool: &self.idle }
     }
 
-    fn depth_ranges(&self, mut take: impl FnMut([u32; 2], [f32; 2])) -> dsm_io::Result<()> {
+    fn depth_ranges(&self, mut take: impl FnMut([u32; 2], [f32; 2])) -> dsm_io::detail::Result<()> {
         self.map.reader().for_each_tile::<T>(0, |rect, tile| {
             for pixel in 0..rect.width * rect.height {
                 if let Some(depths) = tile.depth_range(pixel as usize) {
@@ -279,7 +279,7 @@ impl<T: Transmittance, K: MapKind> sealed::PixelReader for PooledCursor<'_, T, K
         &self,
         pixel: [u32; 2],
         look: impl FnOnce(&K::Tile<T>, usize) -> R,
-    ) -> dsm_io::Result<Option<R>> {
+    ) -> dsm_io::detail::Result<Option<R>> {
         let Some(cursor) = &self.cursor else { return Ok(None) };
         cursor.with_pixel(pixel, |tile, pixel| tile.map(|tile| look(tile, pixel)))
     }

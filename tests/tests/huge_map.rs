@@ -8,11 +8,11 @@
 use std::path::Path;
 use std::time::Instant;
 
-use dsm_core::Progress;
-use dsm_core::{MapInfo, PixelLists, PixelListsBuilder, Tolerance, Vertex};
-use dsm_io::detail::{AchievedError, TileId};
+use dsm_core::detail::PixelLists;
+use dsm_core::{MapInfo, PixelListsBuilder, Progress, Tolerance, Vertex};
+use dsm_io::detail::{MapWriter, TileId};
 use dsm_io::{
-    Block, ConvertOptions, Limits, MapReader, MapSource, MapWriter, Metadata, PyramidOptions,
+    AchievedError, Block, ConvertOptions, Limits, MapReader, MapSource, Metadata, PyramidOptions,
     WriteOptions, convert, mip,
 };
 

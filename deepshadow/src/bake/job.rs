@@ -74,9 +74,9 @@ impl Job<'_> {
         &self,
         per_pixel: u32,
         tolerance: Tolerance,
-        baked: dsm_io::BakeReport,
+        baked: dsm_io::detail::BakeReport,
     ) -> BakeReport {
-        let dsm_io::BakeReport { hits, cut_pixels, bytes, .. } = baked;
+        let dsm_io::detail::BakeReport { hits, cut_pixels, bytes, .. } = baked;
         let [width, height] = self.settings.resolution;
         let [left, top, right, bottom] = self.settings.crop.unwrap_or([0, 0, width, height]);
         let pixels = u64::from(right - left) * u64::from(bottom - top);

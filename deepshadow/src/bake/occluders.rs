@@ -95,9 +95,10 @@ where
 /// each.
 ///
 /// ```
-/// use deepshadow::{Bake, Projection, ThroughView, View, ViewRaster, bake};
+/// use deepshadow::visibility::{Projection, View, ViewRaster};
 /// use deepshadow::scene::{Light, LightOutline};
 /// use deepshadow::glam::DVec3;
+/// use deepshadow::{Bake, ThroughView, bake};
 /// use dsm_core::{Error, RayHits, RaySource, SamplePoint, SurfaceHit};
 ///
 /// // An opaque sphere of radius 1 at the origin.

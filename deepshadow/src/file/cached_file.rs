@@ -1,8 +1,7 @@
 //! A map's file behind a tile cache, with its number of channels decided.
 
 use dsm_core::Rgb;
-use dsm_io::detail::KindReader;
-use dsm_io::{CachedMap, Container, MapKind};
+use dsm_io::detail::{CachedMap, Container, KindReader, MapKind};
 
 use super::open_options::OpenOptions;
 use crate::error::Result;

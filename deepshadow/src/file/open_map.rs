@@ -3,8 +3,9 @@
 use dsm_io::detail::ErasedMap;
 
 use crate::error::Result;
-use crate::query::{Method, Query};
-use crate::shadow::Shadow;
+use crate::query::method::Method;
+use crate::query::settings::Query;
+use crate::shadow::handle::Shadow;
 
 /// An open map of any kind and number of channels.
 pub(crate) trait OpenMap: Send + Sync {

@@ -1,6 +1,7 @@
 //! Options of opening maps.
 
-use dsm_io::{Limits, TileCache};
+use dsm_io::Limits;
+use dsm_io::detail::TileCache;
 
 /// Bytes of tiles that are kept at hand unless another budget is set: the tiles of
 /// large maps come and go, and small ones stay whole.

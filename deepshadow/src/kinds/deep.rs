@@ -2,16 +2,24 @@
 
 use std::path::Path;
 
-use dsm_core::{BakeSettings, Baker, PixelSampling, Quantization, Transmittance, ViewRaster};
-use dsm_io::detail::ErasedMap;
-use dsm_io::{BakeOptions, Codec, Container};
+use dsm_core::detail::Quantization;
+use dsm_core::{BakeSettings, Baker, PixelSampling, Transmittance, ViewRaster};
+use dsm_io::Codec;
+use dsm_io::detail::{BakeOptions, Container, ErasedMap};
 
 use super::shadow_kind::{ShadowKind, refuse};
-use crate::bake::{AnyHitSource, Bake, BakeReport, Job, Seen};
+use crate::bake::occluders::AnyHitSource;
+use crate::bake::report::BakeReport;
+use crate::bake::settings::Bake;
+use crate::bake::{Job, Seen};
 use crate::error::{Error, Result};
-use crate::file::{CachedFile, OpenMap, OpenOptions};
-use crate::query::{FilterMethod, Method, Query};
-use crate::shadow::{Shadow, filtered_shadow};
+use crate::file::open_options::OpenOptions;
+use crate::file::{CachedFile, OpenMap};
+use crate::query::filter_method::FilterMethod;
+use crate::query::method::Method;
+use crate::query::settings::Query;
+use crate::shadow::filtered_shadow;
+use crate::shadow::handle::Shadow;
 
 /// Visibility functions, compressed within a bound.
 pub(super) struct Deep;
@@ -94,6 +102,6 @@ fn bake<T: Transmittance>(
     let tolerance = settings.tolerance();
     let baker = Baker::<T, _>::new(source, settings)?;
     let describe = |metadata: &mut _| job.describe(metadata);
-    let baked = dsm_io::bake(&baker, output, &options, describe, |at| job.watch(at))?;
+    let baked = dsm_io::detail::bake(&baker, output, &options, describe, |at| job.watch(at))?;
     Ok(job.report::<T>(samples, tolerance, baked))
 }

@@ -3,18 +3,27 @@
 use std::path::Path;
 
 use dsm_core::{Tolerance, Transmittance, ViewRaster};
-use dsm_io::detail::ErasedMap;
-use dsm_io::{CachedMap, Container, WriteOptions};
-use shadow_maps::fragments::{self, FragmentBuilder, FragmentTracer, bake_fragments};
+use dsm_io::WriteOptions;
+use dsm_io::detail::{CachedMap, Container, ErasedMap};
+use shadow_maps::detail::{
+    FragmentBuilder, FragmentTracer, Fragments as FragmentsKind, bake_fragments,
+};
 
 use super::layered;
 use super::layers::check_surfaces;
 use super::shadow_kind::ShadowKind;
-use crate::bake::{AnyHitSource, Bake, BakeReport, Job, Seen};
+use crate::bake::occluders::AnyHitSource;
+use crate::bake::report::BakeReport;
+use crate::bake::settings::Bake;
+use crate::bake::{Job, Seen};
 use crate::error::{Error, Result};
-use crate::file::{CachedFile, OpenMap, OpenOptions};
-use crate::query::{FarTable, Method, Query, TraceMethod};
-use crate::shadow::{AreaShadow, Shadow};
+use crate::file::open_options::OpenOptions;
+use crate::file::{CachedFile, OpenMap};
+use crate::query::method::Method;
+use crate::query::settings::Query;
+use crate::query::trace_method::{FarTable, TraceMethod};
+use crate::shadow::AreaShadow;
+use crate::shadow::handle::Shadow;
 
 /// Places along a side of a pixel unless another number is asked for.
 const COVERAGE: u32 = 8;
@@ -36,7 +45,7 @@ impl ShadowKind for Fragments {
     }
 
     fn open(&self, container: Container, options: &OpenOptions) -> Result<Box<dyn OpenMap>> {
-        Ok(Box::new(CachedFile::<fragments::Fragments>::open(container, options)?))
+        Ok(Box::new(CachedFile::<FragmentsKind>::open(container, options)?))
     }
 
     fn bake(&self, job: &Job<'_>, output: &Path) -> Result<BakeReport> {
@@ -70,7 +79,7 @@ fn bake<T: Transmittance>(
     Ok(job.report::<T>(coverage * coverage, Tolerance::EXACT, baked))
 }
 
-impl OpenMap for CachedFile<fragments::Fragments> {
+impl OpenMap for CachedFile<FragmentsKind> {
     fn file(&self) -> &dyn ErasedMap {
         self.reader()
     }
@@ -98,7 +107,7 @@ impl OpenMap for CachedFile<fragments::Fragments> {
 }
 
 fn shadow<T: Transmittance>(
-    map: &CachedMap<T, fragments::Fragments>,
+    map: &CachedMap<T, FragmentsKind>,
     method: TraceMethod,
     query: &Query,
 ) -> Result<Shadow> {

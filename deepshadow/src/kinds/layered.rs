@@ -6,20 +6,23 @@ use dsm_core::detail::LightExtent;
 use dsm_core::{
     AreaLight, BakeSettings, LightShape, PixelSampling, Tolerance, Transmittance, ViewRaster,
 };
-use dsm_io::detail::{FieldKind, KindReader};
-use dsm_io::{CachedMap, Codec, MapKind};
-use dsm_trace::LightFrame;
-use mtsm::detail::LayeredKeys;
-use mtsm::{
-    CachedLayers, FilteredLayers, MultilayerSettings, MultilayerTracer, SoftPercentageCloser,
+use dsm_io::Codec;
+use dsm_io::detail::{CachedMap, FieldKind, KindReader, MapKind};
+use dsm_trace::detail::LightFrame;
+use mtsm::MultilayerSettings;
+use mtsm::detail::{
+    CachedLayers, FilteredLayers, LayeredKeys, MultilayerTracer, SoftPercentageCloser,
     TraceSettings, TracedMap,
 };
 
 use super::shadow_kind::refuse;
-use crate::bake::{Bake, Job};
+use crate::bake::Job;
+use crate::bake::settings::Bake;
 use crate::error::{Error, Result};
-use crate::query::{Method, Query};
-use crate::shadow::{AreaShadow, Shadow, filtered_shadow};
+use crate::query::method::Method;
+use crate::query::settings::Query;
+use crate::shadow::handle::Shadow;
+use crate::shadow::{AreaShadow, filtered_shadow};
 
 /// Whether nothing was set that only deep maps have.
 pub(super) fn check(settings: &Bake) -> Result<()> {

@@ -3,17 +3,23 @@
 use std::path::Path;
 
 use dsm_core::{Tolerance, Transmittance, ViewRaster};
-use dsm_io::Container;
-use dsm_io::detail::ErasedMap;
-use mtsm::{MultilayerBaker, bake_layers};
+use dsm_io::detail::{Container, ErasedMap};
+use mtsm::MultilayerBaker;
+use mtsm::detail::bake_layers;
 
 use super::layered;
 use super::shadow_kind::{ShadowKind, refuse};
-use crate::bake::{AnyHitSource, Bake, BakeReport, Job, Seen};
+use crate::bake::occluders::AnyHitSource;
+use crate::bake::report::BakeReport;
+use crate::bake::settings::Bake;
+use crate::bake::{Job, Seen};
 use crate::error::{Error, Result};
-use crate::file::{CachedFile, OpenMap, OpenOptions};
-use crate::query::{Method, Query, TraceMethod};
-use crate::shadow::Shadow;
+use crate::file::open_options::OpenOptions;
+use crate::file::{CachedFile, OpenMap};
+use crate::query::method::Method;
+use crate::query::settings::Query;
+use crate::query::trace_method::TraceMethod;
+use crate::shadow::handle::Shadow;
 
 /// The first hits of every pixel's centre.
 pub(super) struct Layers;
@@ -27,7 +33,7 @@ impl ShadowKind for Layers {
     }
 
     fn open(&self, container: Container, options: &OpenOptions) -> Result<Box<dyn OpenMap>> {
-        Ok(Box::new(CachedFile::<mtsm::Layers>::open(container, options)?))
+        Ok(Box::new(CachedFile::<mtsm::detail::Layers>::open(container, options)?))
     }
 
     fn bake(&self, job: &Job<'_>, output: &Path) -> Result<BakeReport> {
@@ -69,7 +75,7 @@ fn bake<T: Transmittance>(
     Ok(job.report::<T>(1, Tolerance::EXACT, baked))
 }
 
-impl OpenMap for CachedFile<mtsm::Layers> {
+impl OpenMap for CachedFile<mtsm::detail::Layers> {
     fn file(&self) -> &dyn ErasedMap {
         self.reader()
     }

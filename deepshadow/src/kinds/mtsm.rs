@@ -3,17 +3,23 @@
 use std::path::Path;
 
 use dsm_core::{Transmittance, ViewRaster};
-use dsm_io::Container;
-use dsm_io::detail::ErasedMap;
-use mtsm::{MultilayerBaker, MultilayerSettings, bake_mtsm};
+use dsm_io::detail::{Container, ErasedMap};
+use mtsm::detail::bake_mtsm;
+use mtsm::{MultilayerBaker, MultilayerSettings};
 
 use super::layered;
 use super::shadow_kind::{ShadowKind, refuse};
-use crate::bake::{AnyHitSource, Bake, BakeReport, Job, Seen};
+use crate::bake::occluders::AnyHitSource;
+use crate::bake::report::BakeReport;
+use crate::bake::settings::Bake;
+use crate::bake::{Job, Seen};
 use crate::error::Result;
-use crate::file::{CachedFile, OpenMap, OpenOptions};
-use crate::query::{Method, Query, TraceMethod};
-use crate::shadow::Shadow;
+use crate::file::open_options::OpenOptions;
+use crate::file::{CachedFile, OpenMap};
+use crate::query::method::Method;
+use crate::query::settings::Query;
+use crate::query::trace_method::TraceMethod;
+use crate::shadow::handle::Shadow;
 
 /// Runs of compressed layers with counts.
 pub(super) struct Mtsm;
@@ -27,7 +33,7 @@ impl ShadowKind for Mtsm {
     }
 
     fn open(&self, container: Container, options: &OpenOptions) -> Result<Box<dyn OpenMap>> {
-        Ok(Box::new(CachedFile::<mtsm::Mtsm>::open(container, options)?))
+        Ok(Box::new(CachedFile::<mtsm::detail::Mtsm>::open(container, options)?))
     }
 
     fn bake(&self, job: &Job<'_>, output: &Path) -> Result<BakeReport> {
@@ -55,7 +61,7 @@ fn bake<T: Transmittance>(
     Ok(job.report::<T>(samples, tolerance, baked))
 }
 
-impl OpenMap for CachedFile<mtsm::Mtsm> {
+impl OpenMap for CachedFile<mtsm::detail::Mtsm> {
     fn file(&self) -> &dyn ErasedMap {
         self.reader()
     }

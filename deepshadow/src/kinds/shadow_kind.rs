@@ -2,11 +2,14 @@
 
 use std::path::Path;
 
-use dsm_io::Container;
+use dsm_io::detail::Container;
 
-use crate::bake::{Bake, BakeReport, Job};
+use crate::bake::Job;
+use crate::bake::report::BakeReport;
+use crate::bake::settings::Bake;
 use crate::error::{Error, Result};
-use crate::file::{OpenMap, OpenOptions};
+use crate::file::OpenMap;
+use crate::file::open_options::OpenOptions;
 
 /// A kind of map, as bakes and open files need it.
 pub(crate) trait ShadowKind: Send + Sync {

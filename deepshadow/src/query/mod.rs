@@ -1,13 +1,7 @@
 //! Queries: methods, filters and lights.
 
-mod filter_method;
-mod method;
-mod pcf_method;
-mod settings;
-mod trace_method;
-
-pub use filter_method::FilterMethod;
-pub use method::Method;
-pub use pcf_method::PcfMethod;
-pub use settings::Query;
-pub use trace_method::{FarTable, TraceMethod};
+pub(crate) mod filter_method;
+pub(crate) mod method;
+pub(crate) mod pcf_method;
+pub(crate) mod settings;
+pub(crate) mod trace_method;

@@ -1,6 +1,6 @@
 //! Traced shadows.
 
-use mtsm::LeafRule;
+use mtsm::detail::LeafRule;
 
 /// Use of a far table: sums of optical depth over coarse pixels in place of
 /// fragments far from a receiver. Fast for hair and leaves, wrong for closed

@@ -1,10 +1,10 @@
 //! Shadows of area lights, by rays or taps in a map.
 
 use dsm_core::{AreaLight, Facing, LightVisibility, ShadedPoint, Transmittance};
-use dsm_trace::{LightFrame, TraceStatistics};
+use dsm_trace::detail::{LightFrame, TraceStatistics};
 use glam::DVec3;
-use mtsm::{MultilayerTracer, SoftPercentageCloser, TracedMap};
-use shadow_maps::fragments::FragmentTracer;
+use mtsm::detail::{MultilayerTracer, SoftPercentageCloser, TracedMap};
+use shadow_maps::detail::FragmentTracer;
 
 use super::any_visibility::AnyVisibility;
 use super::statistics::ShadowStatistics;

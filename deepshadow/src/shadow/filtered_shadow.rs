@@ -3,19 +3,19 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use dsm_core::detail::{BiasSummary, Pyramid, ShadowLookup};
 use dsm_core::{
-    AreaLight, Bias, BiasSummary, Footprint, LevelChoice, Pyramid, Receiver, ShadedPoint,
-    ShadowLookup, Transmittance, VisibilityField,
+    AreaLight, Bias, Footprint, LevelChoice, Receiver, ShadedPoint, Transmittance, VisibilityField,
 };
-use dsm_io::CachedMap;
-use dsm_io::detail::{CursorPool, FieldKind};
+use dsm_io::detail::{CachedMap, CursorPool, FieldKind};
 use glam::DVec3;
 
 use super::any_visibility::AnyVisibility;
 use super::handle::Shadow;
 use super::statistics::ShadowStatistics;
 use crate::error::{Error, Result};
-use crate::query::{FilterMethod, Query};
+use crate::query::filter_method::FilterMethod;
+use crate::query::settings::Query;
 use crate::values::Values;
 
 /// Pixels that the filter of one point may reach: about a second's work.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use dsm_core::random::scattered_seed;
+use dsm_core::detail::random::scattered_seed;
 use dsm_core::{AreaLight, Facing, LightVisibility, Rgb, ShadedPoint};
 use glam::DVec3;
 use rayon::prelude::*;

@@ -1,15 +1,15 @@
 //! Shadows of plain shadow maps.
 
-use dsm_core::{AreaLight, Bias, LightVisibility, MapInfo, ShadedPoint, ShadowLookup};
+use dsm_core::detail::ShadowLookup;
+use dsm_core::{AreaLight, Bias, LightVisibility, MapInfo, ShadedPoint};
 use dsm_scene::Light;
-use shadow_maps::plain::{
-    DepthMap, DepthMapSettings, PercentageCloserFilter, PercentageCloserShadow,
-};
+use shadow_maps::detail::PercentageCloserShadow;
+use shadow_maps::plain::{DepthMap, DepthMapSettings, PercentageCloserFilter};
 
 use super::any_visibility::AnyVisibility;
 use super::handle::Shadow;
 use super::statistics::ShadowStatistics;
-use crate::bake::Occluders;
+use crate::bake::occluders::Occluders;
 use crate::error::{Error, Result};
 use crate::values::Values;
 
@@ -17,7 +17,8 @@ use crate::values::Values;
 /// 1987): the baseline that deep maps are compared with.
 ///
 /// ```
-/// use deepshadow::{Bias, PlainShadow};
+/// use deepshadow::visibility::Bias;
+/// use deepshadow::detail::PlainShadow;
 ///
 /// let settings = PlainShadow::new(64).with_width(3.0).with_bias(Bias::Auto);
 /// assert_eq!((settings.resolution, settings.taps), ([512, 512], 64));

@@ -1,7 +1,7 @@
 //! Counts of a query's work.
 
-use dsm_core::BiasSummary;
-use dsm_trace::TraceStatistics;
+use dsm_core::detail::BiasSummary;
+use dsm_trace::detail::TraceStatistics;
 
 /// Work that a [`Shadow`](crate::Shadow) has done since it was made.
 ///

@@ -8,7 +8,8 @@ use crate::error::{Error, Result};
 /// The measure of a depth.
 ///
 /// ```
-/// use dsm_core::{DepthKind, MapInfo};
+/// use dsm_core::detail::DepthKind;
+/// use dsm_core::MapInfo;
 ///
 /// assert_eq!(MapInfo::default().depth_kind, DepthKind::Planar);
 /// ```

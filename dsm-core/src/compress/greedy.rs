@@ -301,8 +301,8 @@ impl<T: Transmittance> GreedyCompressor<T> {
 /// result. O(n).
 ///
 /// ```
-/// use dsm_core::{Tolerance, Vertex, VisibilityFunction};
 /// use dsm_core::detail::compress;
+/// use dsm_core::{Tolerance, Vertex, VisibilityFunction};
 ///
 /// let ramp = (0..=100_u8).map(|i| Vertex::new(f32::from(i), 1.0 - f32::from(i) / 200.0));
 /// let function = VisibilityFunction::new(ramp)?;

@@ -23,7 +23,8 @@ const MANTISSA: u32 = f32::MANTISSA_DIGITS - 1;
 /// the left limit on the right-hand side at a step.
 ///
 /// ```
-/// use dsm_core::{Quantization, Tolerance};
+/// use dsm_core::detail::Quantization;
+/// use dsm_core::Tolerance;
 ///
 /// let quantization = Quantization::new(4)?;
 /// assert_eq!(quantization.snap(1.0), 1.0);

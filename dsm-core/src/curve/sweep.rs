@@ -25,8 +25,8 @@ use crate::visibility::vertex_writer::VertexWriter;
 /// so that neither drifts, however steep a ramp has ended.
 ///
 /// ```
-/// use dsm_core::{RayHits, SurfaceHit, VisibilityFunction};
 /// use dsm_core::detail::{TransmittanceFunction, VisibilitySweep};
+/// use dsm_core::{RayHits, SurfaceHit, VisibilityFunction};
 ///
 /// // An opaque blocker covers a quarter of the pixel: one ray of four.
 /// let mut hits = RayHits::<f32>::default();

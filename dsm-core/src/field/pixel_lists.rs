@@ -222,7 +222,7 @@ impl<'a, T: Transmittance> PixelListsView<'a, T> {
 /// Per-pixel functions that own their columns.
 ///
 /// ```
-/// use dsm_core::PixelLists;
+/// use dsm_core::detail::PixelLists;
 ///
 /// // One pixel that falls from 1 to 0.25 at depth 2, and one that is clear.
 /// let pixels = PixelLists::<f32>::new((2, 1), vec![0, 2, 2], vec![], vec![2.0; 2], vec![1.0, 0.25])?;

@@ -51,9 +51,10 @@ impl LevelChoice {
 /// it is that wide.
 ///
 /// ```
+/// use dsm_core::detail::Pyramid;
 /// use dsm_core::{
-///     DeepMap, Filter, FilterShape, Footprint, LevelChoice, MapInfo, PixelListsBuilder, Pyramid,
-///     Receiver, Vertex,
+///     DeepMap, Filter, FilterShape, Footprint, LevelChoice, MapInfo,
+///     PixelListsBuilder, Receiver, Vertex,
 /// };
 ///
 /// // One of four pixels is blocked at depth 1; the mean of all is in level 2.

@@ -32,7 +32,8 @@ const SLACK: f64 = 0.25;
 /// before the map is queried, so that the surface it lies on does not shade it.
 ///
 /// ```
-/// use dsm_core::{Bias, MapInfo, Projection, ShadowLookup, View};
+/// use dsm_core::detail::ShadowLookup;
+/// use dsm_core::{Bias, MapInfo, Projection, View};
 /// use glam::DVec3;
 /// # use dsm_core::{Facing, ShadedPoint};
 ///
@@ -65,7 +66,7 @@ pub enum Bias {
 /// units.
 ///
 /// ```
-/// use dsm_core::BiasSummary;
+/// use dsm_core::detail::BiasSummary;
 ///
 /// let mut biases = BiasSummary::default();
 /// biases.add(0.25);
@@ -116,7 +117,8 @@ impl BiasSummary {
 /// level and depth bias.
 ///
 /// ```
-/// use dsm_core::{Facing, MapInfo, Projection, ShadedPoint, ShadowLookup, View};
+/// use dsm_core::detail::ShadowLookup;
+/// use dsm_core::{Facing, MapInfo, Projection, ShadedPoint, View};
 /// use glam::DVec3;
 ///
 /// let view = View { eye: DVec3::Y * 5.0, target: DVec3::ZERO, up: DVec3::X };
@@ -277,9 +279,10 @@ impl ShadowLookup {
 /// light's area is not used: a map holds what one point sees.
 ///
 /// ```
+/// use dsm_core::detail::{FilteredShadow, Pyramid, ShadowLookup};
 /// use dsm_core::{
-///     AreaLight, DeepMap, FilteredShadow, LightVisibility, MapInfo, PixelListsBuilder, Pyramid,
-///     ShadowCamera, ShadowLookup, Vertex,
+///     AreaLight, DeepMap, LightVisibility, MapInfo, PixelListsBuilder, ShadowCamera,
+///     Vertex,
 /// };
 /// use glam::{DMat4, DVec3, DVec4};
 ///

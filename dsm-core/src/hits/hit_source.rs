@@ -79,8 +79,10 @@ impl<T: Transmittance, S: HitSource<T> + ?Sized> HitSource<T> for &S {
 /// its ray's hits.
 ///
 /// ```
-/// use dsm_core::{Error, HitSource, PixelSampling, RaySource, TileHits, TileSamples};
-/// use dsm_core::{RayHits, SamplePoint, SurfaceHit, VolumeSample};
+/// use dsm_core::{
+///     Error, HitSource, PixelSampling, RayHits, RaySource, SamplePoint, SurfaceHit,
+///     TileHits, TileSamples, VolumeSample,
+/// };
 ///
 /// // Fog between depths 1 and 3, and a disk in it that moves to the right.
 /// let source = RaySource(|point: SamplePoint, ray: &mut RayHits<f32>| -> Result<(), Error> {

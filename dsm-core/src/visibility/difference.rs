@@ -10,8 +10,8 @@ use super::walk::{Walk, zip};
 /// are linear, so the largest difference stands at one side of a vertex.
 ///
 /// ```
-/// use dsm_core::{Vertex, VisibilityFunction};
 /// use dsm_core::detail::VisibilityDifference;
+/// use dsm_core::{Vertex, VisibilityFunction};
 ///
 /// let step = [(2.0, 1.0), (2.0, 0.5)].map(|(z, value)| Vertex::new(z, value));
 /// let ramp = [(2.0, 1.0), (4.0, 0.5)].map(|(z, value)| Vertex::new(z, value));

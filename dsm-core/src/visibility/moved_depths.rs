@@ -15,8 +15,8 @@ impl VisibilityDifference {
     /// depth error of 0. O(n + m), allocates nothing.
     ///
     /// ```
-    /// use dsm_core::{Vertex, VisibilityFunction};
     /// use dsm_core::detail::VisibilityDifference;
+    /// use dsm_core::{Vertex, VisibilityFunction};
     ///
     /// let step = |z| VisibilityFunction::new([(z, 1.0), (z, 0.5)].map(|(z, v)| Vertex::new(z, v)));
     /// let (exact, moved) = (step(2.0)?, step(2.25)?);

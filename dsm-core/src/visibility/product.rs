@@ -21,8 +21,8 @@ use crate::transmittance::Transmittance;
 /// polynomial of degree n, falling and convex; chords stand for it.
 ///
 /// ```
-/// use dsm_core::{Vertex, VisibilityFunction};
 /// use dsm_core::detail::VisibilityProduct;
+/// use dsm_core::{Vertex, VisibilityFunction};
 ///
 /// let step = |z, to| VisibilityFunction::new([(z, 1.0), (z, to)].map(|(z, v)| Vertex::new(z, v)));
 /// let mut product = VisibilityProduct::<f32>::default();

@@ -1,9 +1,9 @@
 //! Maps whose vertices are rounded to grids.
 
-use dsm_core::detail::{SumVertex, VisibilityView};
+use dsm_core::detail::{Quantization, SumVertex, VisibilityView};
 use dsm_core::{
-    BakeSettings, Baker, Error, PixelSampling, Quantization, RayHits, RaySource, Rgb, SamplePoint,
-    SurfaceHit, Tolerance, Transmittance,
+    BakeSettings, Baker, Error, PixelSampling, RayHits, RaySource, Rgb, SamplePoint, SurfaceHit,
+    Tolerance, Transmittance,
 };
 use dsm_testkit::config;
 use proptest::prelude::*;

@@ -2,7 +2,8 @@
 //! pixel of a level is visited and weighted by its offset, by the definition
 //! of the footprint, and by the area of the map that it covers.
 
-use dsm_core::{Error, LevelChoice, Pyramid};
+use dsm_core::detail::Pyramid;
+use dsm_core::{Error, LevelChoice};
 
 use super::*;
 

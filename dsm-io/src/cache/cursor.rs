@@ -12,7 +12,8 @@ use super::rows_ahead::{RowsAhead, Step};
 use super::slot::{Slot, evaluate_block, evaluate_run, take_clear, within};
 use crate::error::{Error, Result};
 use crate::format::level::Level;
-use crate::kind::{Deep, FieldKind, MapKind};
+use crate::kind::deep::Deep;
+use crate::kind::map_kind::{FieldKind, MapKind};
 use crate::map_tile::MapTile;
 use crate::tile_id::TileId;
 
@@ -42,7 +43,8 @@ const MOST_SLOT_COLUMNS: u32 = 4;
 ///
 /// ```no_run
 /// use dsm_core::{Filter, FilterShape, Footprint, Receiver, filtered_lookup};
-/// use dsm_io::{Limits, TileCache};
+/// use dsm_io::detail::TileCache;
+/// use dsm_io::Limits;
 ///
 /// let cache = TileCache::new(256 << 20);
 /// let map = cache.open::<f32>("shadow.dsm", &Limits::default())?;

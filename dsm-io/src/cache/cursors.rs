@@ -1,11 +1,12 @@
 //! The cursors of cached maps.
 
-use dsm_core::{Pyramid, Transmittance};
+use dsm_core::Transmittance;
+use dsm_core::detail::Pyramid;
 
 use super::cursor::LookupCursor;
 use super::map::CachedMap;
 use crate::error::{Error, Result};
-use crate::kind::{FieldKind, MapKind};
+use crate::kind::map_kind::{FieldKind, MapKind};
 
 impl<T: Transmittance, K: MapKind> CachedMap<T, K> {
     /// Looks up level 0, the finest.
@@ -31,7 +32,8 @@ impl<T: Transmittance, K: FieldKind> CachedMap<T, K> {
     ///
     /// ```no_run
     /// use dsm_core::{Filter, FilterShape, Footprint, LevelChoice, Receiver};
-    /// use dsm_io::{Limits, TileCache};
+    /// use dsm_io::detail::TileCache;
+    /// use dsm_io::Limits;
     ///
     /// let map = TileCache::new(256 << 20).open::<f32>("shadow.dsm", &Limits::default())?;
     /// let pyramid = map.pyramid()?;

@@ -12,7 +12,9 @@ use super::statistics::Counters;
 use super::store::TileStore;
 use super::tile::{CachedTile, Held};
 use crate::error::{Error, Result};
-use crate::kind::{Deep, KindReader, MapKind};
+use crate::kind::deep::Deep;
+use crate::kind::map_kind::MapKind;
+use crate::kind::reader::KindReader;
 use crate::tile_id::TileId;
 
 /// An open map, which takes its tiles with it when it is closed.

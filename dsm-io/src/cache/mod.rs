@@ -33,7 +33,8 @@ use dsm_core::Transmittance;
 use self::map::CachedMap;
 use self::statistics::CacheStatistics;
 use crate::error::Result;
-use crate::kind::{KindReader, MapKind};
+use crate::kind::map_kind::MapKind;
+use crate::kind::reader::KindReader;
 use crate::limits::Limits;
 use crate::reader::MapReader;
 use store::TileStore;
@@ -51,7 +52,8 @@ use store::TileStore;
 ///
 /// ```no_run
 /// use dsm_core::VisibilityField;
-/// use dsm_io::{Limits, TileCache};
+/// use dsm_io::detail::TileCache;
+/// use dsm_io::Limits;
 ///
 /// let cache = TileCache::new(1 << 30);
 /// let key = cache.open::<f32>("key.dsm", &Limits::default())?;

@@ -10,7 +10,7 @@ use std::ops::Range;
 
 use dsm_core::Transmittance;
 
-use crate::kind::FieldKind;
+use crate::kind::map_kind::FieldKind;
 
 /// How far a lookup went from the one before, in pixels, modulo 2³².
 #[derive(Clone, Copy, Debug)]
@@ -87,8 +87,9 @@ impl RowsAhead {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kind::Deep;
-    use dsm_core::{PixelLists, PixelListsBuilder, Rgb, Vertex};
+    use crate::kind::deep::Deep;
+    use dsm_core::detail::PixelLists;
+    use dsm_core::{PixelListsBuilder, Rgb, Vertex};
 
     const NEAR: Step = Step([3, 0_u32.wrapping_sub(8)]);
     const FAR: Step = Step([0, 9]);

@@ -2,16 +2,15 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use dsm_core::{
-    AreaLight, BiasSummary, Facing, LevelChoice, LightVisibility, Pyramid, ShadedPoint,
-    ShadowLookup, Transmittance,
-};
+use dsm_core::detail::{BiasSummary, Pyramid, ShadowLookup};
+use dsm_core::{AreaLight, Facing, LevelChoice, LightVisibility, ShadedPoint, Transmittance};
 use glam::DVec3;
 
 use super::cursor::LookupCursor;
 use super::map::CachedMap;
 use crate::error::{Error, Result};
-use crate::kind::{Deep, FieldKind};
+use crate::kind::deep::Deep;
+use crate::kind::map_kind::FieldKind;
 
 /// Cursors over the levels of a [`CachedMap`], with the tiles they hold, lent
 /// to one task at a time.
@@ -72,8 +71,10 @@ impl<T: Transmittance, K: FieldKind> CursorPool<T, K> {
 /// uses, and puts it back: ask for many points at once.
 ///
 /// ```no_run
-/// use dsm_core::{AreaLight, LightVisibility, ShadowLookup};
-/// use dsm_io::{CachedShadow, Limits, TileCache};
+/// use dsm_core::detail::ShadowLookup;
+/// use dsm_core::{AreaLight, LightVisibility};
+/// use dsm_io::detail::{CachedShadow, TileCache};
+/// use dsm_io::Limits;
 /// use glam::DVec3;
 ///
 /// let map = TileCache::new(256 << 20).open::<f32>("shadow.dsm", &Limits::default())?;

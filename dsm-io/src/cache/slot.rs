@@ -6,7 +6,7 @@ use dsm_core::Transmittance;
 use dsm_core::detail::BlockVisitor;
 
 use super::tile::{CachedTile, Held};
-use crate::kind::FieldKind;
+use crate::kind::map_kind::FieldKind;
 use crate::map_tile::MapTile;
 
 /// A tile that was asked for, at the place that its position gives it.

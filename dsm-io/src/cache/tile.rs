@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use dsm_core::detail::PixelListsView;
-use dsm_core::{PixelLists, Transmittance};
+use dsm_core::Transmittance;
+use dsm_core::detail::{PixelLists, PixelListsView};
 
 use super::statistics::Counters;
 use crate::map_tile::MapTile;
 
 /// A tile's pixels, held in memory by whoever has it: of a deep map
-/// [`PixelLists`], of another kind its [`MapKind::Tile`](crate::kind::MapKind::Tile).
+/// [`PixelLists`], of another kind its [`MapKind::Tile`](crate::kind::map_kind::MapKind::Tile).
 #[derive(Debug)]
 pub struct CachedTile<P> {
     pixels: P,

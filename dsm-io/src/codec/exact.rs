@@ -6,8 +6,8 @@
 
 use std::borrow::Cow;
 
-use dsm_core::detail::PixelListsView;
-use dsm_core::{PixelLists, Transmittance};
+use dsm_core::Transmittance;
+use dsm_core::detail::{PixelLists, PixelListsView};
 
 use super::packed::unpack;
 use super::stored_tile::StoredTile;
@@ -128,7 +128,7 @@ type Owned<T> = (Tile<'static, T>, Vec<u32>);
 fn own<T: Transmittance>(
     size: (u32, u32),
     [starts, value_starts, flags, z, values]: [Vec<u32>; COLUMNS],
-) -> dsm_core::Result<Owned<T>> {
+) -> dsm_core::detail::Result<Owned<T>> {
     let [z, values] = [z, values].map(|bits| bits.into_iter().map(f32::from_bits).collect());
     let pixels = PixelLists::new(size, starts, value_starts, z, values)?;
     Ok((Tile::Owned(pixels), flags))

@@ -30,7 +30,7 @@ pub enum Codec {
     #[default]
     Exact,
     /// The small numbers that depths and values are on the grids that they were
-    /// rounded to ([`dsm_core::Quantization`]). A tile whose values lie on no
+    /// rounded to ([`dsm_core::detail::Quantization`]). A tile whose values lie on no
     /// grid is stored as [`Self::Exact`].
     Quantized,
 }

@@ -6,8 +6,8 @@
 //! before, which is never negative within a pixel. What lies on no grid is left
 //! to codec 0.
 
-use dsm_core::detail::PixelListsView;
-use dsm_core::{PixelLists, Transmittance};
+use dsm_core::Transmittance;
+use dsm_core::detail::{PixelLists, PixelListsView};
 
 use super::exact::{column_lengths, depth_range};
 use super::packed::unpack;

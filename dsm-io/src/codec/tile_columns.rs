@@ -2,8 +2,8 @@
 
 use std::borrow::Cow;
 
-use dsm_core::detail::PixelListsView;
-use dsm_core::{PixelLists, Transmittance};
+use dsm_core::Transmittance;
+use dsm_core::detail::{PixelLists, PixelListsView};
 
 use super::packed::{Differences, pack, should_difference, unpack_planes, unshuffle};
 use super::stored_tile::StoredTile;

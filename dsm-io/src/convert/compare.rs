@@ -85,8 +85,9 @@ impl MapDifference {
 ///
 /// ```
 /// use dsm_core::{DeepMap, MapInfo, PixelListsBuilder, Progress, Vertex};
-/// use dsm_io::{Limits, MapSource, Metadata, WriteOptions, compare, write_map};
-/// # use dsm_io::detail::AchievedError;
+/// use dsm_io::detail::compare;
+/// use dsm_io::{Limits, MapSource, Metadata, WriteOptions, write_map};
+/// # use dsm_io::AchievedError;
 ///
 /// // Two maps of one pixel, of half and a quarter of the light past depth 2.
 /// let folder = tempfile::tempdir()?;

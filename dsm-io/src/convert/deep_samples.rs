@@ -1,7 +1,8 @@
 //! Deep samples as what a ray meets: T(z) = ∏ (1 − aᵢ(z)) whatever their
 //! order.
 
-use deep_exr::{Alpha, DeepRows, DeepSample};
+use deep_exr::detail::Alpha;
+use deep_exr::{DeepRows, DeepSample};
 use dsm_core::{RayHits, SurfaceHit, Transmittance};
 
 use super::report::ImportReport;

@@ -4,8 +4,8 @@ use std::ops::Range;
 use std::path::Path;
 
 use deep_exr::{AlphaChannels, DeepExrReader, Header, Window};
-use dsm_core::detail::PixelWindow;
-use dsm_core::{DepthKind, MapInfo, ShadowCamera, Tolerance, Transmittance};
+use dsm_core::detail::{DepthKind, PixelWindow};
+use dsm_core::{MapInfo, ShadowCamera, Tolerance, Transmittance};
 use glam::DMat4;
 
 use super::report::ImportReport;
@@ -21,7 +21,7 @@ use crate::region::Region;
 use crate::tile_id::TileRect;
 
 /// A file whose pixels are, or can be made, visibility functions: what
-/// [`convert`](crate::convert()) and [`compare`](crate::compare()) read.
+/// [`convert`](crate::convert()) and [`compare`](super::compare::compare()) read.
 #[derive(Debug)]
 pub enum MapSource {
     /// A `.dsm` map: its level 0 as stored.

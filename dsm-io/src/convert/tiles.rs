@@ -51,7 +51,7 @@ pub struct ConvertOptions {
 /// use dsm_core::{DeepMap, MapInfo, PixelListsBuilder, Progress, Tolerance, Vertex};
 /// use dsm_io::{ConvertOptions, Limits, MapReader, MapSource, Metadata, WriteOptions};
 /// use dsm_io::{convert, write_map};
-/// # use dsm_io::detail::AchievedError;
+/// # use dsm_io::AchievedError;
 ///
 /// let folder = tempfile::tempdir()?;
 /// # let left = 0.5;

@@ -26,9 +26,11 @@ use crate::tile_id::{TileId, TileRect};
 /// sections. O(t log t) for t tiles.
 ///
 /// ```
-/// use dsm_core::{DeepMap, MapInfo, PixelLists};
-/// use dsm_io::{Container, Limits, Metadata, WriteOptions, write_map};
-/// # use dsm_io::detail::AchievedError;
+/// use dsm_core::detail::PixelLists;
+/// use dsm_core::{DeepMap, MapInfo};
+/// use dsm_io::detail::Container;
+/// use dsm_io::{Limits, Metadata, WriteOptions, write_map};
+/// # use dsm_io::AchievedError;
 ///
 /// let folder = tempfile::tempdir()?;
 /// let path = folder.path().join("clear.dsm");

@@ -14,7 +14,7 @@ const MAX_SIZE: u32 = i32::MAX as u32;
 /// A level of a map: its size, its cut into tiles, and its error bound.
 ///
 /// ```
-/// use dsm_io::Level;
+/// use dsm_io::detail::Level;
 ///
 /// // Tiles at the right and lower edge are smaller.
 /// let level = Level::new(100, 50, 64, 0.01);

@@ -3,8 +3,8 @@
 use std::hint::black_box;
 use std::ops::Range;
 
-use dsm_core::detail::{BlockVisitor, PixelListsView, VisibilityView};
-use dsm_core::{PixelLists, Transmittance};
+use dsm_core::Transmittance;
+use dsm_core::detail::{BlockVisitor, PixelLists, PixelListsView, VisibilityView};
 use serde::{Deserialize, Serialize};
 
 use super::map_kind::{FieldKind, MapKind};

@@ -13,7 +13,8 @@ use crate::limits::Limits;
 /// The kinds of maps that a program knows, by name.
 ///
 /// ```no_run
-/// use dsm_io::{Kinds, Limits};
+/// use dsm_io::detail::Kinds;
+/// use dsm_io::Limits;
 ///
 /// // Deep maps alone; other crates have more to register.
 /// let kinds = Kinds::default();

@@ -23,10 +23,10 @@ use crate::metadata::Metadata;
 ///
 /// A type that stands for a kind has no values that matter. Tiles of one and of
 /// three channels share all code through [`Transmittance`]. Everything else about
-/// files is the same for all kinds: [`KindReader`](crate::kind::KindReader) and
-/// [`KindWriter`](crate::kind::KindWriter) read and write them,
+/// files is the same for all kinds: [`KindReader`](crate::kind::reader::KindReader) and
+/// [`KindWriter`](crate::kind::writer::KindWriter) read and write them,
 /// [`TileCache`](crate::cache::TileCache) keeps their tiles, and
-/// [`Kinds`](crate::kind::Kinds) opens those whose kind is not known beforehand.
+/// [`Kinds`](crate::kind::kinds::Kinds) opens those whose kind is not known beforehand.
 pub trait MapKind: Debug + Send + Sync + Sized + 'static {
     /// The kind's name in the metadata and on the command line.
     const NAME: &'static str;

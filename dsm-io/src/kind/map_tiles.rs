@@ -6,7 +6,7 @@ use crate::metadata::Metadata;
 use crate::tile_id::TileRect;
 
 /// The finest level of view 0 of an open map, tile by tile: what
-/// [`MapKind::summary`](crate::kind::MapKind::summary) reads.
+/// [`MapKind::summary`](crate::kind::map_kind::MapKind::summary) reads.
 pub trait MapTiles {
     /// The decoded pixels of a tile.
     type Tile;

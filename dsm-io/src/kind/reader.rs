@@ -288,7 +288,7 @@ impl<K: MapKind> KindReader<K> {
         &self,
         index: u32,
         rect: TileRect,
-    ) -> Result<dsm_core::PixelLists<T>> {
+    ) -> Result<dsm_core::detail::PixelLists<T>> {
         let level = self.container.level(index)?;
         let ends = [rect.x.checked_add(rect.width), rect.y.checked_add(rect.height)];
         let [Some(right), Some(bottom)] = ends else {

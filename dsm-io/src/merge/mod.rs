@@ -54,7 +54,7 @@ pub enum MergeReport {
 /// ```
 /// use dsm_core::{DeepMap, MapInfo, PixelListsBuilder, Progress, Vertex};
 /// use dsm_io::{Limits, MapReader, MergeReport, Metadata, WriteOptions, merge, write_map};
-/// # use dsm_io::detail::AchievedError;
+/// # use dsm_io::AchievedError;
 ///
 /// // Two maps of one pixel, of half and a quarter of the light past depth 2.
 /// let folder = tempfile::tempdir()?;

@@ -1,7 +1,7 @@
 //! Pixels of a level that are compressed together.
 
-use dsm_core::detail::{Polyline, SumVertex, VisibilitySweep};
-use dsm_core::{PixelLists, Tolerance, Transmittance};
+use dsm_core::detail::{PixelLists, Polyline, SumVertex, VisibilitySweep};
+use dsm_core::{Tolerance, Transmittance};
 
 use crate::error::Result;
 use crate::measured_pixels::MeasuredPixels;

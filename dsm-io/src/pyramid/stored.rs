@@ -29,8 +29,8 @@ use crate::writer::MapWriter;
 ///
 /// ```
 /// # use dsm_core::{MapInfo, PixelListsBuilder, Vertex};
-/// # use dsm_io::{MapWriter, Metadata, WriteOptions};
-/// # use dsm_io::detail::{AchievedError, TileId};
+/// # use dsm_io::detail::{MapWriter, TileId};
+/// # use dsm_io::{AchievedError, Metadata, WriteOptions};
 /// use dsm_io::{Limits, MapReader, PyramidOptions, mip};
 ///
 /// # let folder = tempfile::tempdir()?;

@@ -21,7 +21,7 @@ use crate::error::{Error, Result};
 /// ```
 /// use std::borrow::Cow;
 /// use std::ops::Range;
-/// use dsm_io::Source;
+/// use dsm_io::detail::Source;
 ///
 /// /// Bytes that somebody hands out piece by piece.
 /// #[derive(Debug)]
@@ -32,7 +32,7 @@ use crate::error::{Error, Result};
 ///         self.0.len() as u64
 ///     }
 ///
-///     fn read(&self, range: Range<u64>) -> dsm_io::Result<Cow<'_, [u8]>> {
+///     fn read(&self, range: Range<u64>) -> Result<Cow<'_, [u8]>, dsm_io::Error> {
 ///         let bytes = &self.0[range.start as usize..range.end as usize];
 ///         Ok(Cow::Owned(bytes.to_vec()))
 ///     }

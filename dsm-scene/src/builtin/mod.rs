@@ -17,7 +17,7 @@ use crate::scene::Scene;
 /// The names of the built-in scenes.
 ///
 /// ```
-/// assert!(dsm_scene::BUILTIN_SCENES.contains(&"hairball"));
+/// assert!(dsm_scene::detail::BUILTIN_SCENES.contains(&"hairball"));
 /// ```
 pub const BUILTIN_SCENES: &[&str] =
     &["hairball", "fur-plane", "foliage", "smoke", "pipes", "spinning-sphere", "stained-glass"];

@@ -1,6 +1,7 @@
 //! Pseudo-random numbers of the built-in scenes.
 
-use dsm_core::random::{EMPTY_HASH, combine, unit};
+use dsm_core::detail::random::EMPTY_HASH;
+use dsm_core::detail::random::{combine, unit};
 use glam::{DVec3, IVec3};
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;

@@ -83,7 +83,8 @@ pub fn load_volume(path: &Path) -> Result<Volume> {
 /// Reads a shape of any kind, by the file's extension.
 ///
 /// ```
-/// use dsm_scene::{Shape, load_shape};
+/// use dsm_scene::detail::load_shape;
+/// use dsm_scene::Shape;
 ///
 /// let folder = tempfile::tempdir()?;
 /// let path = folder.path().join("triangle.obj");

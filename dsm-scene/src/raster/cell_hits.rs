@@ -1,6 +1,7 @@
 //! Hits of one cell.
 
-use dsm_core::{Result, TileHits, TileSamples, Transmittance};
+use dsm_core::detail::Result;
+use dsm_core::{TileHits, TileSamples, Transmittance};
 
 use super::cells::LANES;
 use super::primitive::Primitive;

@@ -1,6 +1,7 @@
 //! Primitives of one kind.
 
-use dsm_core::{Result, TileHits, TileSamples, Transmittance};
+use dsm_core::detail::Result;
+use dsm_core::{TileHits, TileSamples, Transmittance};
 use fearless_simd::Level;
 
 use super::bins::Bins;

@@ -2,9 +2,8 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use dsm_core::{
-    Error, HitSource, Result, ShadowCamera, TileHits, TileSamples, Transmittance, ViewRaster,
-};
+use dsm_core::detail::Result;
+use dsm_core::{Error, HitSource, ShadowCamera, TileHits, TileSamples, Transmittance, ViewRaster};
 use fearless_simd::Level;
 use glam::Vec3;
 

@@ -1,6 +1,7 @@
 //! The rays of a shadow camera over a map.
 
-use dsm_core::{Error, Result, ShadowCamera, ViewRaster};
+use dsm_core::detail::Result;
+use dsm_core::{Error, ShadowCamera, ViewRaster};
 use glam::{DMat2, DVec2, DVec3};
 
 /// The share below which a change of w over the width of a map changes no `f32`: w

@@ -12,7 +12,8 @@ use crate::error::Result;
 use crate::hit_source::SceneHitSource;
 use crate::mesh::TriangleMesh;
 use crate::scene::{Object, Scene, Shape};
-use crate::trace::{TracedScene, scaled};
+use crate::trace::scaled;
+use crate::trace::traced_scene::TracedScene;
 
 /// A scene as a shadow camera sees it, block by block: a [`Rasterizer`] for all
 /// that it supports, a ray tracer for the rest.

@@ -4,7 +4,7 @@
 /// top.
 ///
 /// ```
-/// use dsm_scene::Image;
+/// use dsm_scene::detail::Image;
 ///
 /// let image = Image::new([2, 1], vec![[0.0; 3], [0.5; 3]]).expect("two pixels");
 /// assert!(image.is_grey());
@@ -20,7 +20,7 @@ pub struct Image {
 /// the other, over all pixels and channels.
 ///
 /// ```
-/// use dsm_scene::Image;
+/// use dsm_scene::detail::Image;
 ///
 /// let dark = Image::new([1, 1], vec![[0.25; 3]]).expect("one pixel");
 /// let light = Image::new([1, 1], vec![[0.75; 3]]).expect("one pixel");

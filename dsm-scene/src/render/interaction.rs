@@ -3,7 +3,8 @@
 use dsm_core::{Ray, Rgb, Transmittance};
 use glam::DVec3;
 
-use crate::trace::{DensitySample, HitGeometry, TracedScene, Tracer, scaled};
+use crate::trace::traced_scene::{TracedScene, Tracer};
+use crate::trace::{DensitySample, HitGeometry, scaled};
 
 /// The interaction that a camera ray ends with: one of all those whose light it
 /// carries, each sampled as often as its share of that light.

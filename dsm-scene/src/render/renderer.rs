@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use dsm_core::random::golden;
+use dsm_core::detail::random::golden;
 use dsm_core::{
     AreaLight, Facing, LightVisibility, PixelSampling, Progress, ShadedPoint, TileSamples,
     Transmittance, ViewRaster,
@@ -17,7 +17,7 @@ use super::interaction::{Interaction, Material, PathTracer};
 use super::sampler::{Sampler, spread_otherwise};
 use super::shading::radiance;
 use crate::error::Result;
-use crate::trace::TracedScene;
+use crate::trace::traced_scene::TracedScene;
 
 /// Width and height of what one task renders, in pixels.
 const BLOCK: u32 = 16;
@@ -25,7 +25,7 @@ const BLOCK: u32 = 16;
 /// The contents and the sampling of a picture.
 ///
 /// ```
-/// use dsm_scene::RenderSettings;
+/// use dsm_scene::detail::RenderSettings;
 ///
 /// let settings = RenderSettings::new(16, 0)?.with_factor(true);
 /// assert!(settings.factor && settings.self_shadowing);
@@ -92,7 +92,8 @@ impl RenderSettings {
 /// ```
 /// use std::sync::Arc;
 ///
-/// use dsm_scene::{RenderSettings, Renderer, SceneReference, TracedScene, builtin_scene};
+/// use dsm_scene::detail::{RenderSettings, Renderer, SceneReference};
+/// use dsm_scene::{TracedScene, builtin_scene};
 ///
 /// let scene = builtin_scene("spinning-sphere")?;
 /// let traced = Arc::new(TracedScene::new(&scene)?);

@@ -1,6 +1,7 @@
 //! Reproducible random numbers of a camera sample.
 
-use dsm_core::random::{COMBINING_FACTOR, next_bits, unit};
+use dsm_core::detail::random::COMBINING_FACTOR;
+use dsm_core::detail::random::{next_bits, unit};
 
 /// The random numbers of one sample of one pixel: SplitMix64, whose state is
 /// hashed from the seed and the pixel.

@@ -7,7 +7,7 @@
 //! is relative to the object and not to the way from the camera.
 
 use dsm_core::Ray;
-use dsm_core::random::{combine, scattered_seed};
+use dsm_core::detail::random::{combine, scattered_seed};
 use glam::{DVec3, UVec2};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;

@@ -4,10 +4,9 @@ mod bvh;
 mod intersection;
 mod medium;
 mod segment;
-mod traced_scene;
+pub(crate) mod traced_scene;
 mod triangle;
 
 pub(crate) use intersection::HitGeometry;
 pub(crate) use medium::DensitySample;
 pub(crate) use traced_scene::scaled;
-pub use traced_scene::{TracedScene, Tracer};

@@ -1,7 +1,8 @@
 //! The scenes that are made here.
 
 use dsm_core::RayHits;
-use dsm_scene::{BUILTIN_SCENES, Scene, Shape, TracedScene, builtin_scene, open_scene};
+use dsm_scene::detail::BUILTIN_SCENES;
+use dsm_scene::{Scene, Shape, TracedScene, builtin_scene, open_scene};
 
 /// A number that changes with any bit of any coordinate.
 fn fingerprint(scene: &Scene) -> u64 {

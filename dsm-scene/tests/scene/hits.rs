@@ -5,9 +5,10 @@ use std::sync::Arc;
 use dsm_core::{
     HitSource, PixelSampling, Projection, Ray, RayHits, Rgb, TileHits, TileSamples, View,
 };
+use dsm_scene::detail::SceneHitSource;
 use dsm_scene::{
-    Curves, Light, LightOutline, Motion, Object, Scene, SceneHitSource, Shape, TracedScene,
-    Transform, TriangleMesh, builtin_scene,
+    Curves, Light, LightOutline, Motion, Object, Scene, Shape, TracedScene, Transform,
+    TriangleMesh, builtin_scene,
 };
 use glam::{DMat3, DVec3, Vec3};
 use proptest::collection::vec;

@@ -5,8 +5,8 @@ use std::error::Error as _;
 use std::io;
 use std::path::Path;
 
-use dsm_scene::detail::{load_curves, load_mesh, load_volume};
-use dsm_scene::{Error, Result, Shape, load_shape};
+use dsm_scene::detail::{Result, load_curves, load_mesh, load_shape, load_volume};
+use dsm_scene::{Error, Shape};
 
 use crate::support::{is_long, real_file};
 

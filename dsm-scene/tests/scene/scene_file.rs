@@ -4,7 +4,8 @@ use std::fs;
 use std::path::PathBuf;
 
 use dsm_core::{LightShape, Projection, Rgb};
-use dsm_scene::{LightOutline, Result, Scene, Shape, open_scene};
+use dsm_scene::detail::Result;
+use dsm_scene::{LightOutline, Scene, Shape, open_scene};
 use glam::{DVec3, DVec4};
 use tempfile::TempDir;
 

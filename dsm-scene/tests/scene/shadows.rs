@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use dsm_core::{AreaLight, LightVisibility, OcclusionTracer, Rgb};
+use dsm_scene::detail::SceneReference;
 use dsm_scene::{
-    Motion, Object, Scene, SceneReference, Shape, TracedScene, Transform, TriangleMesh,
-    builtin_scene,
+    Motion, Object, Scene, Shape, TracedScene, Transform, TriangleMesh, builtin_scene,
 };
 use glam::{DVec3, Vec3};
 

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValue, PossibleValuesParser, RangedU64ValueParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use deepshadow::files::PyramidOptions;
-use deepshadow::{Channels, Filter, FilterShape, Kind};
+use deepshadow::visibility::{Filter, FilterShape};
+use deepshadow::{Channels, Kind};
 
 use super::values::{self, Effort};
 

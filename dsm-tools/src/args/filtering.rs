@@ -1,7 +1,7 @@
 //! Values of switches that say how a map is looked up.
 
 use clap::ValueEnum;
-use deepshadow::{Bias, Filter, FilterShape, Footprint, LevelChoice};
+use deepshadow::visibility::{Bias, Filter, FilterShape, Footprint, LevelChoice};
 
 use super::values;
 

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, ValueEnum};
-use deepshadow::{Bias, FilterMethod, Footprint, LevelChoice, Method, PcfMethod, TraceMethod};
+use deepshadow::visibility::{Bias, Footprint, LevelChoice};
+use deepshadow::{FilterMethod, Method, PcfMethod, TraceMethod};
 
 use super::far_table::FarTableName;
 use super::filtering::{self, FilterName};

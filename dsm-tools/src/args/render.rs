@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, ValueEnum};
-use deepshadow::{Bias, FilterMethod, LevelChoice, Method as MapMethod, PcfMethod, TraceMethod};
+use deepshadow::visibility::{Bias, LevelChoice};
+use deepshadow::{FilterMethod, Method as MapMethod, PcfMethod, TraceMethod};
 
 use super::far_table::FarTableName;
 use super::filtering::{self, FilterName};

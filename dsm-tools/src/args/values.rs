@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::{PathBufValueParser, RangedU64ValueParser, TypedValueParser};
 use clap::{Args, ValueEnum};
-use deepshadow::Tolerance;
 use deepshadow::files::{Block, Codec};
+use deepshadow::visibility::Tolerance;
 
 /// Use of the machine.
 #[derive(Clone, Copy, Debug, Args)]

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 /// checkout.
 pub(super) fn version() -> &'static str {
     static VERSION: LazyLock<String> = LazyLock::new(|| {
-        let [major, minor] = deepshadow::files::FORMAT_VERSION;
+        let [major, minor] = deepshadow::files::detail::FORMAT_VERSION;
         let commit = option_env!("DSM_COMMIT").map(|commit| format!(", commit {commit}"));
         let commit = commit.unwrap_or_default();
         format!("{} (.dsm {major}.{minor}{commit})", env!("CARGO_PKG_VERSION"))

@@ -6,7 +6,8 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 use deepshadow::files::Attribute;
 use deepshadow::scene::{Scene, open_scene};
-use deepshadow::{BakeReport, Progress, bake};
+use deepshadow::visibility::Progress;
+use deepshadow::{BakeReport, bake};
 use serde::Serialize;
 
 use crate::args::Bake;

@@ -9,9 +9,10 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 use deepshadow::files::detail::check_output;
 use deepshadow::files::{Limits, MapReader, PyramidOptions, mip};
-use deepshadow::scene::{Image, RenderSettings, Renderer, Scene, TracedScene, builtin_scene};
-use deepshadow::visibility::DeepMap;
-use deepshadow::{Bake, Bias, Filter, FilterMethod, FilterShape, Footprint, Query, ShadowMap};
+use deepshadow::scene::detail::{Image, RenderSettings, Renderer};
+use deepshadow::scene::{Scene, TracedScene, builtin_scene};
+use deepshadow::visibility::{Bias, DeepMap, Filter, FilterShape, Footprint};
+use deepshadow::{Bake, FilterMethod, Query, ShadowMap};
 
 use super::bake::bake_scene;
 use super::inspect::{plot_pixel, write_slice};

@@ -3,8 +3,8 @@
 use std::io::{self, BufWriter, Write};
 
 use anyhow::{Result, anyhow};
-use deepshadow::files::detail::WorstPixel;
-use deepshadow::files::{Error, Limits, MapDifference, MapSource, compare_levels};
+use deepshadow::files::detail::{MapDifference, WorstPixel, compare_levels};
+use deepshadow::files::{Error, Limits, MapSource};
 use serde::Serialize;
 
 use crate::args::Diff;

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use deepshadow::ShadowMap;
-use deepshadow::files::detail::replace_file;
-use deepshadow::files::{AnyDeepMap, Level, TileRect};
+use deepshadow::files::AnyDeepMap;
+use deepshadow::files::detail::{Level, TileRect, replace_file};
 use deepshadow::visibility::detail::VisibilityView;
 use deepshadow::visibility::{DeepMap, Transmittance};
 

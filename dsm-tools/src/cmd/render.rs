@@ -6,13 +6,12 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use deepshadow::scene::{
-    Image, ImageDifference, RenderSettings, Renderer, Scene, TracedScene, open_scene,
-};
-use deepshadow::{
-    Bias, BiasSummary, Kind, LevelChoice, Method as MapMethod, PlainShadow, Query, Shadow,
-    ShadowMap, Tolerance, plain_shadow, reference_shadow,
-};
+use deepshadow::detail::{PlainShadow, plain_shadow};
+use deepshadow::scene::detail::{Image, ImageDifference, RenderSettings, Renderer};
+use deepshadow::scene::{Scene, TracedScene, open_scene};
+use deepshadow::visibility::detail::BiasSummary;
+use deepshadow::visibility::{Bias, LevelChoice, Tolerance};
+use deepshadow::{Kind, Method as MapMethod, Query, Shadow, ShadowMap};
 use serde::Serialize;
 use tempfile::TempDir;
 
@@ -195,7 +194,7 @@ impl RenderJob<'_> {
                 plain_shadow(self.scene, &self.scene.light, &settings)?
             }
             &Method::Reference { rays } => {
-                reference_shadow(Arc::clone(self.traced), self.scene, rays)?
+                Shadow::reference(Arc::clone(self.traced), self.scene, rays)?
             }
         };
         let map_s = started.elapsed().as_secs_f64();

@@ -54,7 +54,7 @@ fn check(path: &Path, request: &Verify) -> FileOutcome {
 }
 
 /// What is wrong with a map. Only one that is sound is held to its bound.
-fn open_and_check(path: &Path, request: &Verify) -> deepshadow::Result<Vec<String>> {
+fn open_and_check(path: &Path, request: &Verify) -> deepshadow::detail::Result<Vec<String>> {
     let map = ShadowMap::open(path)?;
     let mut errors: Vec<_> = map.verify().into_iter().map(whole_message).collect();
     if let (Some(source), true) = (&request.against, errors.is_empty()) {

@@ -4,7 +4,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use deepshadow::scene::Image;
+use deepshadow::scene::detail::Image;
 use exr::image::read::read;
 use exr::meta::MetaData;
 use exr::prelude::{

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::io::{self, Write};
 
 use deepshadow::ShadowMap;
-use deepshadow::files::detail::{PixelValue, SummaryValue, TileDirectory, TileEntry};
-use deepshadow::files::{Attribute, Block, Codec, Level, MapSummary, PixelContents};
-use deepshadow::visibility::detail::{LightExtent, PixelWindow};
-use deepshadow::visibility::{DepthKind, Filter, ShadowCamera};
+use deepshadow::files::detail::{Level, PixelValue, SummaryValue, TileDirectory, TileEntry};
+use deepshadow::files::{Attribute, Block, Codec, MapSummary, PixelContents};
+use deepshadow::visibility::detail::{DepthKind, LightExtent, PixelWindow};
+use deepshadow::visibility::{Filter, ShadowCamera};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::Value;
 
@@ -85,14 +85,14 @@ impl Serialize for PixelSummary {
 
 impl<'a> Summary<'a> {
     /// Reads the directories of all levels, and what the map's kind sums up.
-    pub(crate) fn new(map: &'a ShadowMap) -> deepshadow::Result<Self> {
+    pub(crate) fn new(map: &'a ShadowMap) -> deepshadow::detail::Result<Self> {
         let (metadata, container) = (map.metadata(), map.container());
         let info = &metadata.info;
         let directory = container.directory(0)?;
         let levels = (0..)
             .zip(container.levels())
             .map(|(index, level)| Ok(LevelSummary::new(level, container.directory(index)?)))
-            .collect::<deepshadow::files::Result<_>>()?;
+            .collect::<deepshadow::files::detail::Result<_>>()?;
         let stored = || directory.iter().map(|(_, tile)| tile).filter(|tile| !tile.is_empty());
         Ok(Self {
             kind: map.kind(),

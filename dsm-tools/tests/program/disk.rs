@@ -7,8 +7,7 @@ use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
 use dsm_core::{DeepMap, MapInfo, PixelListsBuilder, Vertex};
-use dsm_io::detail::AchievedError;
-use dsm_io::{Block, Metadata, WriteOptions, write_map};
+use dsm_io::{AchievedError, Block, Metadata, WriteOptions, write_map};
 
 use crate::maps::{Folder, full_info, mono};
 use crate::run;

@@ -80,7 +80,7 @@ fn what_is_unknown_is_null() {
     let folder = Folder::new();
     let clear = dsm_core::DeepMap::new(
         MapInfo::default(),
-        dsm_core::PixelLists::<f32>::clear(crate::maps::SIZE[0], crate::maps::SIZE[1]),
+        dsm_core::detail::PixelLists::<f32>::clear(crate::maps::SIZE[0], crate::maps::SIZE[1]),
     );
     let path = folder.map("map.dsm", &clear);
     let told = run!("inspect", path, "--json").json();

@@ -4,11 +4,13 @@ use std::fmt::Write;
 use std::io::Read;
 use std::process::Stdio;
 
+use dsm_core::detail::Pyramid;
 use dsm_core::{
-    DeepMap, Filter, FilterShape, Footprint, LevelChoice, MapInfo, Pyramid, Receiver,
-    Transmittance, filtered_lookup,
+    DeepMap, Filter, FilterShape, Footprint, LevelChoice, MapInfo, Receiver, Transmittance,
+    filtered_lookup,
 };
-use dsm_io::{MapWriter, Metadata, WriteOptions};
+use dsm_io::detail::MapWriter;
+use dsm_io::{Metadata, WriteOptions};
 use serde_json::Value;
 
 use crate::maps::{Folder, SIZE, full_info, levels, mono, rgb, world, write_levels};

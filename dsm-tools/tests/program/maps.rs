@@ -7,8 +7,8 @@ use dsm_core::{
     DeepMap, Filter, FilterShape, MapInfo, PixelListsBuilder, Rgb, ShadowCamera, Tolerance,
     Transmittance, Vertex,
 };
-use dsm_io::detail::{AchievedError, TileId};
-use dsm_io::{Attribute, Block, Level, MapWriter, Metadata, WriteOptions, write_map};
+use dsm_io::detail::{Level, MapWriter, TileId};
+use dsm_io::{AchievedError, Attribute, Block, Metadata, WriteOptions, write_map};
 use glam::{DMat4, DVec4};
 use tempfile::TempDir;
 

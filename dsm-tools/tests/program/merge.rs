@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use dsm_core::{MapInfo, PixelListsBuilder, Vertex};
-use dsm_io::detail::{AchievedError, Crop, TileId};
-use dsm_io::{MapWriter, Metadata, WriteOptions};
+use dsm_io::detail::{Crop, MapWriter, TileId};
+use dsm_io::{AchievedError, Metadata, WriteOptions};
 use serde_json::{Value, json};
 
 use crate::maps::{Folder, full_info, mono, rgb};

@@ -8,10 +8,11 @@ use std::sync::Arc;
 use dsm_core::{Facing, LightVisibility, Rgb, ShadedPoint, Transmittance};
 use dsm_io::Limits;
 use dsm_io::detail::KindReader;
-use dsm_scene::{SceneReference, TracedScene, open_scene};
+use dsm_scene::detail::SceneReference;
+use dsm_scene::{TracedScene, open_scene};
 use glam::DVec3;
 use serde_json::Value;
-use shadow_maps::fragments::{FragmentMap, FragmentTracer, Fragments};
+use shadow_maps::detail::{FragmentMap, FragmentTracer, Fragments};
 
 use crate::layers::{lights, points, scene};
 use crate::maps::Folder;
@@ -89,11 +90,11 @@ fn leaves_are_traced_with_the_far_table_that_their_map_and_light_allow() {
 fn draw(shadow: &FragmentTracer<f32>) -> Vec<u8> {
     let scene = open_scene(Path::new("builtin:foliage")).unwrap();
     let traced = Arc::new(TracedScene::new(&scene).unwrap());
-    let mut settings = dsm_scene::RenderSettings::new(1, 0).unwrap();
+    let mut settings = dsm_scene::detail::RenderSettings::new(1, 0).unwrap();
     settings.factor = true;
     let camera = scene.camera.raster([24; 2]).unwrap();
     let light = scene.light.area().unwrap();
-    let renderer = dsm_scene::Renderer::new(Arc::clone(&traced), camera, light, settings);
+    let renderer = dsm_scene::detail::Renderer::new(Arc::clone(&traced), camera, light, settings);
     let go_on = |_| std::ops::ControlFlow::Continue(());
     let Ok(Some(image)) = renderer.render(shadow, go_on) else { panic!("it was not interrupted") };
     image.to_png().unwrap()

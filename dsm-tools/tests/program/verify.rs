@@ -4,8 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
 use dsm_core::{DeepMap, PixelListsBuilder, Rgb, Transmittance, Vertex};
-use dsm_io::detail::AchievedError;
-use dsm_io::{Limits, MapReader, WriteOptions, write_map};
+use dsm_io::{AchievedError, Limits, MapReader, WriteOptions, write_map};
 use serde_json::{Value, json};
 
 use crate::maps::{Folder, full_info, mono, rgb};

@@ -20,7 +20,7 @@ fn git(folder: &Path, arguments: &[&str]) -> Option<String> {
 
 #[test]
 fn version_tells_program_format_and_commit() {
-    let [major, minor] = dsm_io::FORMAT_VERSION;
+    let [major, minor] = dsm_io::detail::FORMAT_VERSION;
     let head = git(manifest_folder(), &["rev-parse", "--short=12", "HEAD"]);
     let is_ours = git(manifest_folder(), &["ls-files", "--error-unmatch", "Cargo.toml"]).is_some();
     let commit = match head.filter(|_| is_ours) {

@@ -19,7 +19,7 @@ use std::process::Command;
 use dsm_core::{
     BakeSettings, Baker, HitSource, PixelSampling, Projection, TileHits, TileSamples, ViewRaster,
 };
-use dsm_io::{BakeOptions, bake};
+use dsm_io::detail::{BakeOptions, bake};
 use dsm_scene::{Scene, SceneRasterizer, Shape, open_scene};
 
 const SIZE: u32 = 512;

@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use dsm_experiments::pictures::{Comparison, STRIPS, strip};
-use dsm_scene::Image;
+use dsm_scene::detail::Image;
 
 /// Parts of strips are so many times as high as the smallest.
 const SCALE: u32 = 10;

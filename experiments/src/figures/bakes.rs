@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::Result;
-use dsm_core::Progress;
-use dsm_core::{BakeSettings, Baker, DeepMap, PixelSampling, Quantization};
-use dsm_io::{BakeOptions, Codec, Limits, MapReader, PyramidOptions, bake, mip};
+use dsm_core::detail::Quantization;
+use dsm_core::{BakeSettings, Baker, DeepMap, PixelSampling, Progress};
+use dsm_io::detail::{BakeOptions, bake};
+use dsm_io::{Codec, Limits, MapReader, PyramidOptions, mip};
 use tempfile::TempDir;
 
 use super::Stage;

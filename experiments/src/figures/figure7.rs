@@ -2,7 +2,8 @@
 
 use anyhow::Result;
 use dsm_core::{Footprint, PixelSampling, Receiver, filtered_lookup};
-use shadow_maps::plain::{Blocking, DepthMap, DepthMapSettings, PercentageCloserFilter};
+use shadow_maps::detail::Blocking;
+use shadow_maps::plain::{DepthMap, DepthMapSettings, PercentageCloserFilter};
 
 use super::machine::machine;
 use super::plot::{Panel, svg};

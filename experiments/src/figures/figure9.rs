@@ -1,11 +1,12 @@
 //! Figure 9: lookup time against filter width.
 
 use anyhow::Result;
+use dsm_core::detail::Pyramid;
 use dsm_core::{
-    DeepMap, Filter, FilterShape, Footprint, LevelChoice, PixelSampling, Pyramid, Receiver,
-    filtered_lookup,
+    DeepMap, Filter, FilterShape, Footprint, LevelChoice, PixelSampling, Receiver, filtered_lookup,
 };
-use shadow_maps::plain::{Blocking, DepthMap, DepthMapSettings, PercentageCloserFilter};
+use shadow_maps::detail::Blocking;
+use shadow_maps::plain::{DepthMap, DepthMapSettings, PercentageCloserFilter};
 use std::sync::Arc;
 
 use super::machine::machine;

@@ -3,7 +3,8 @@
 use anyhow::Result;
 use dsm_core::{PixelSampling, Receiver, Rgb, ViewRaster};
 use dsm_scene::{Scene, SceneRasterizer, builtin_scene};
-use shadow_maps::plain::{Blocking, DepthMap, DepthMapSettings};
+use shadow_maps::detail::Blocking;
+use shadow_maps::plain::{DepthMap, DepthMapSettings};
 
 /// How much is measured.
 #[derive(Clone, Debug, PartialEq)]

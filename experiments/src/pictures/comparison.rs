@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use anyhow::{Context, Result};
 use dsm_core::{Filter, FilterShape, Footprint};
-use dsm_scene::{BUILTIN_SCENES, Image, ImageDifference, RenderSettings, builtin_scene};
+use dsm_scene::builtin_scene;
+use dsm_scene::detail::{BUILTIN_SCENES, Image, ImageDifference, RenderSettings};
 
 use super::stage::{Stage, map_settings};
 

@@ -4,14 +4,15 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
+use dsm_core::detail::ShadowLookup;
 use dsm_core::{
     AreaLight, BakeSettings, Baker, Footprint, LightVisibility, MapInfo, PixelSampling, Rgb,
-    ShadowLookup, Transmittance,
+    Transmittance,
 };
-use dsm_io::{BakeOptions, CachedShadow, Limits, TileCache, bake};
-use dsm_scene::{
-    Camera, Image, RenderSettings, Renderer, Scene, SceneRasterizer, SceneReference, TracedScene,
-};
+use dsm_io::Limits;
+use dsm_io::detail::{BakeOptions, CachedShadow, TileCache, bake};
+use dsm_scene::detail::{Camera, Image, RenderSettings, Renderer, SceneReference};
+use dsm_scene::{Scene, SceneRasterizer, TracedScene};
 
 /// A square map of `side` pixels and `samples` samples each.
 ///

@@ -1,14 +1,13 @@
 //! Strips of pictures after the paper's figures.
 
 use anyhow::{Context, Result, bail};
-use dsm_core::{BakeSettings, Filter, FilterShape, Footprint, MapInfo, ShadowLookup, Tolerance};
-use dsm_scene::{
-    Camera, Image, Motion, Object, RenderSettings, Scene, SceneRasterizer, builtin_scene,
-};
+use dsm_core::detail::ShadowLookup;
+use dsm_core::{BakeSettings, Filter, FilterShape, Footprint, MapInfo, Tolerance};
+use dsm_scene::detail::{Camera, Image, RenderSettings};
+use dsm_scene::{Motion, Object, Scene, SceneRasterizer, builtin_scene};
 use glam::DVec3;
-use shadow_maps::plain::{
-    DepthMap, DepthMapSettings, PercentageCloserFilter, PercentageCloserShadow,
-};
+use shadow_maps::detail::PercentageCloserShadow;
+use shadow_maps::plain::{DepthMap, DepthMapSettings, PercentageCloserFilter};
 
 use super::stage::{Stage, map_settings};
 

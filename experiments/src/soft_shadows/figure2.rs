@@ -1,7 +1,7 @@
 //! Figure 2: pictures, by light and by method.
 
 use anyhow::{Context, Result};
-use dsm_scene::Image;
+use dsm_scene::detail::Image;
 
 use super::{Method, Page, Study};
 

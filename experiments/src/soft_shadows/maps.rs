@@ -5,13 +5,13 @@ use std::time::Instant;
 
 use anyhow::Result;
 use dsm_scene::SceneRasterizer;
-use dsm_trace::LightFrame;
-use mtsm::{
-    FilteredLayers, LeafRule, MultilayerBaker, MultilayerMap, MultilayerSettings, MultilayerTracer,
-    SoftPercentageCloser, TraceSettings,
+use dsm_trace::detail::LightFrame;
+use mtsm::detail::{
+    FilteredLayers, LeafRule, MultilayerTracer, SoftPercentageCloser, TraceSettings,
 };
+use mtsm::{MultilayerBaker, MultilayerMap, MultilayerSettings};
 use rayon::ThreadPoolBuilder;
-use shadow_maps::fragments::{FragmentBuilder, FragmentMap, FragmentTracer};
+use shadow_maps::detail::{FragmentBuilder, FragmentMap, FragmentTracer};
 
 use super::stage::{Shadow, Stage};
 use crate::figures::seconds;

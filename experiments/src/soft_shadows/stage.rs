@@ -8,9 +8,10 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use dsm_core::{AreaLight, LightVisibility, PixelSampling, Rgb, ShadedPoint};
+use dsm_scene::detail::{Image, RenderSettings, Renderer, load_shape};
 use dsm_scene::{
-    Image, Light, LightOutline, Motion, Object, RenderSettings, Renderer, Scene, Shape,
-    TracedScene, Transform, TriangleMesh, builtin_scene, load_shape,
+    Light, LightOutline, Motion, Object, Scene, Shape, TracedScene, Transform, TriangleMesh,
+    builtin_scene,
 };
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;

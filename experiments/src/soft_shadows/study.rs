@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use anyhow::{Context, Result};
-use dsm_scene::SceneReference;
+use dsm_scene::detail::SceneReference;
 
 use super::maps::{Map, Method};
 use super::stage::{Factors, Stage};

@@ -4,8 +4,8 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use dsm_core::{BakeSettings, HitSource, Progress, Tolerance, Transmittance};
-use dsm_io::detail::{AchievedError, EncodedTile, KindWriter, TileId};
-use dsm_io::{BakeReport, Block, Codec, Error, MapKind, Metadata, Result, WriteOptions};
+use dsm_io::detail::{BakeReport, EncodedTile, KindWriter, MapKind, Result, TileId};
+use dsm_io::{AchievedError, Block, Codec, Error, Metadata, WriteOptions};
 
 use super::keys::LayeredKeys;
 use super::layers::Layers;

@@ -1,6 +1,7 @@
 //! Metadata keys of multilayer maps.
 
-use dsm_io::{Error, Result};
+use dsm_io::Error;
+use dsm_io::detail::Result;
 use dsm_trace::detail::Layering;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};

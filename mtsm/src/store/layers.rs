@@ -2,9 +2,10 @@
 
 use dsm_core::Transmittance;
 use dsm_io::detail::{
-    EncodedTile, FieldKind, KindReader, MapTile, MapTiles, PixelValue, StoredTile, TileColumn,
+    EncodedTile, FieldKind, KindReader, MapKind, MapTile, MapTiles, PixelValue, Result, StoredTile,
+    TileColumn,
 };
-use dsm_io::{Block, Codec, Error, MapKind, MapSummary, Metadata, PixelContents, Result};
+use dsm_io::{Block, Codec, Error, MapSummary, Metadata, PixelContents};
 
 use super::keys::LayeredKeys;
 use super::tile::{bytes, range_of, summary};
@@ -15,9 +16,9 @@ use crate::multilayer_settings::LayeredInfo;
 /// [`MultilayerDepthMap`].
 ///
 /// ```no_run
-/// use dsm_io::Limits;
 /// use dsm_io::detail::KindReader;
-/// use mtsm::{Layers, MultilayerDepthMap};
+/// use dsm_io::Limits;
+/// use mtsm::detail::{Layers, MultilayerDepthMap};
 ///
 /// let reader = KindReader::<Layers>::open("leaves.dsm", &Limits::default())?;
 /// let map = MultilayerDepthMap::<f32>::read(&reader)?;

@@ -3,9 +3,10 @@
 use dsm_core::Transmittance;
 use dsm_core::detail::{PixelListsView, VisibilityView};
 use dsm_io::detail::{
-    EncodedTile, FieldKind, KindReader, MapTile, MapTiles, PixelValue, StoredTile, TileColumn,
+    EncodedTile, FieldKind, KindReader, MapKind, MapTile, MapTiles, PixelValue, Result, StoredTile,
+    TileColumn,
 };
-use dsm_io::{Block, Codec, Error, MapKind, MapSummary, Metadata, PixelContents, Result};
+use dsm_io::{Block, Codec, Error, MapSummary, Metadata, PixelContents};
 
 use super::keys::LayeredKeys;
 use super::tile::{bytes, range_of, summary};
@@ -16,9 +17,10 @@ use crate::multilayer_settings::LayeredInfo;
 /// The kind `mtsm`: runs of layers with counts, a [`MultilayerMap`].
 ///
 /// ```no_run
-/// use dsm_io::Limits;
 /// use dsm_io::detail::KindReader;
-/// use mtsm::{Mtsm, MultilayerMap};
+/// use dsm_io::Limits;
+/// use mtsm::detail::Mtsm;
+/// use mtsm::MultilayerMap;
 ///
 /// let reader = KindReader::<Mtsm>::open("fur.dsm", &Limits::default())?;
 /// let map = MultilayerMap::<f32>::read(&reader)?;

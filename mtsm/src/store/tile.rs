@@ -1,8 +1,8 @@
 //! Helpers for the tiles of both kinds.
 
 use dsm_core::Transmittance;
-use dsm_io::detail::MapTiles;
-use dsm_io::{MapKind, MapSummary, Result};
+use dsm_io::MapSummary;
+use dsm_io::detail::{MapKind, MapTiles, Result};
 use dsm_trace::detail::MinMaxBuilder;
 
 use crate::layers_of_pixel::PixelLayers;

@@ -1,6 +1,7 @@
 //! The runs of multilayer transparent shadow maps.
 
-use dsm_core::{PixelSampling, Quantization, Rgb, Tolerance, Transmittance, VisibilityField};
+use dsm_core::detail::Quantization;
+use dsm_core::{PixelSampling, Rgb, Tolerance, Transmittance, VisibilityField};
 use dsm_testkit::config;
 use mtsm::detail::Layer;
 use mtsm::{MultilayerBaker, MultilayerMap, MultilayerSettings};

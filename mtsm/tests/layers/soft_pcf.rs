@@ -2,7 +2,7 @@
 
 use dsm_core::{AreaLight, LightVisibility, Rgb, VisibilityField};
 use glam::DVec3;
-use mtsm::{FilteredLayers, SoftPercentageCloser, TracedMap};
+use mtsm::detail::{FilteredLayers, SoftPercentageCloser, TracedMap};
 use std::sync::Arc;
 
 use crate::views::Sheets;

@@ -8,8 +8,8 @@ use dsm_core::{
 };
 use dsm_testkit::config;
 use glam::DVec3;
-use mtsm::detail::LayeredInfo;
-use mtsm::{LeafRule, MultilayerMap, MultilayerTracer, TraceSettings, TracedMap};
+use mtsm::MultilayerMap;
+use mtsm::detail::{LayeredInfo, LeafRule, MultilayerTracer, TraceSettings, TracedMap};
 use proptest::prelude::*;
 
 use crate::views::{Sheets, sheets};

@@ -2,7 +2,7 @@
 //! them.
 
 use dsm_core::{TileHits, TileSamples, Transmittance};
-use dsm_trace::LightFrame;
+use dsm_trace::detail::LightFrame;
 
 use super::groups::PixelHit;
 

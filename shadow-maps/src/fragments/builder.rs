@@ -2,11 +2,11 @@
 
 use std::ops::ControlFlow;
 
+use dsm_core::detail::Result;
 use dsm_core::{
-    Error, HitSource, PixelSampling, Progress, Result, ShadowCamera, TileHits, TileSamples,
-    Transmittance,
+    Error, HitSource, PixelSampling, Progress, ShadowCamera, TileHits, TileSamples, Transmittance,
 };
-use dsm_trace::LightFrame;
+use dsm_trace::detail::LightFrame;
 use rayon::prelude::*;
 
 use super::block_hits::BlockHits;
@@ -29,8 +29,8 @@ const TILE: u32 = 16;
 /// ```
 /// use dsm_core::{Error, RayHits, RaySource, SamplePoint, ShadowCamera, SurfaceHit};
 /// use glam::{DMat4, DVec4};
-/// use dsm_trace::LightFrame;
-/// use shadow_maps::fragments::FragmentBuilder;
+/// use dsm_trace::detail::LightFrame;
+/// use shadow_maps::detail::FragmentBuilder;
 ///
 /// # let to_ndc = DMat4::from_cols(
 /// #     DVec4::new(0.5, 0.0, 0.0, 0.0),

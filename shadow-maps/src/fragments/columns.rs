@@ -1,13 +1,14 @@
 //! Fragments in columns, as they are stored.
 
-use dsm_core::{Error, Result, Transmittance};
+use dsm_core::detail::Result;
+use dsm_core::{Error, Transmittance};
 
 use super::fragment::Fragment;
 
-/// The columns of a [`FragmentMap`](super::FragmentMap), as they are stored.
+/// The columns of a [`FragmentMap`](super::map::FragmentMap), as they are stored.
 ///
 /// ```
-/// use shadow_maps::fragments::{Fragment, FragmentColumns};
+/// use shadow_maps::detail::{Fragment, FragmentColumns};
 ///
 /// let coverage = Fragment::<f32>::WHOLE;
 /// let square = Fragment { w: 0.25, gradient: Some([0.0; 2]), opacity: 1.0_f32, coverage };
@@ -87,7 +88,7 @@ impl<T: Transmittance> FragmentColumns<T> {
     }
 
     /// Checks the columns of `size` pixels against the rules of
-    /// [`FragmentMap::new`](super::FragmentMap::new). O(fragments).
+    /// [`FragmentMap::new`](super::map::FragmentMap::new). O(fragments).
     ///
     /// # Errors
     ///

@@ -11,7 +11,7 @@ use dsm_core::Transmittance;
 /// outlines of one of (8 n)².
 ///
 /// ```
-/// use shadow_maps::fragments::Fragment;
+/// use shadow_maps::detail::Fragment;
 ///
 /// // The right half of a pixel, at depth 4.
 /// let coverage = 0xf0f0_f0f0_f0f0_f0f0;

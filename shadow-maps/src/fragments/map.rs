@@ -2,8 +2,10 @@
 
 use std::ops::Range;
 
-use dsm_core::{Result, Transmittance};
-use dsm_trace::{LightFrame, MinMaxPyramid};
+use dsm_core::Transmittance;
+use dsm_core::detail::Result;
+use dsm_trace::MinMaxPyramid;
+use dsm_trace::detail::LightFrame;
 
 use super::columns::FragmentColumns;
 use super::fragment::Fragment;
@@ -15,9 +17,9 @@ use super::fragment::Fragment;
 ///
 /// ```
 /// use dsm_core::ShadowCamera;
-/// use dsm_trace::LightFrame;
+/// use dsm_trace::detail::LightFrame;
 /// use glam::{DMat4, DVec4};
-/// use shadow_maps::fragments::{Fragment, FragmentColumns, FragmentMap};
+/// use shadow_maps::detail::{Fragment, FragmentColumns, FragmentMap};
 ///
 /// # let to_ndc = DMat4::from_cols(
 /// #     DVec4::new(0.5, 0.0, 0.0, 0.0),

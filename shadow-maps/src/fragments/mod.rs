@@ -2,15 +2,15 @@
 //! for soft shadows.
 
 mod block_hits;
-mod builder;
+pub(crate) mod builder;
 #[cfg(test)]
 mod builder_oracle;
 #[cfg(test)]
 mod colours;
-mod columns;
+pub(crate) mod columns;
 mod cone;
 mod far_table;
-mod fragment;
+pub(crate) mod fragment;
 mod frontier;
 mod group_occlusion;
 mod groups;
@@ -18,19 +18,12 @@ mod kernel;
 mod lane_count;
 mod lanes;
 mod large_pages;
-mod map;
+pub(crate) mod map;
 #[cfg(test)]
 mod oracle;
 mod packed;
 mod packet;
 mod range_tree;
-mod store;
-mod tracer;
+pub(crate) mod store;
+pub(crate) mod tracer;
 mod visit_order;
-
-pub use builder::{FragmentBuilder, FragmentCounts};
-pub use columns::FragmentColumns;
-pub use fragment::Fragment;
-pub use map::FragmentMap;
-pub use store::{FragmentKeys, FragmentTile, Fragments, bake_fragments};
-pub use tracer::{FragmentTracer, TraceScratch};

@@ -3,7 +3,7 @@
 
 use dsm_core::{AreaLight, LightVisibility, ShadedPoint, ShadowCamera, Transmittance};
 use dsm_testkit::config;
-use dsm_trace::{LightFrame, TraceStatistics};
+use dsm_trace::detail::{LightFrame, TraceStatistics};
 use fearless_simd::Level;
 use glam::{DMat4, DVec3, DVec4};
 use proptest::prelude::*;

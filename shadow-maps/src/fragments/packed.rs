@@ -1,7 +1,8 @@
 //! Fragments as they are traced: what a pixel holds lies together, and so do
 //! neighbours.
 
-use dsm_core::{Error, Result, Transmittance};
+use dsm_core::detail::Result;
+use dsm_core::{Error, Transmittance};
 use fearless_simd::{Bytes, Simd, SimdBase, SimdInt, SimdMask, f32x16, u32x16};
 
 use super::columns::FragmentColumns;

@@ -1,6 +1,6 @@
 //! 16 shadow rays of one receiver.
 
-use dsm_trace::LightFrame;
+use dsm_trace::detail::LightFrame;
 use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x16, mask32x16};
 use glam::DVec3;
 

@@ -6,15 +6,13 @@ use std::path::Path;
 
 use dsm_core::{HitSource, MapInfo, Progress, Transmittance};
 use dsm_io::detail::{
-    AchievedError, EncodedTile, KindReader, KindWriter, MapTile, PixelValue, StoredTile,
-    TileColumn, TileId,
+    BakeReport, EncodedTile, KindReader, KindWriter, MapKind, MapTile, PixelValue, Result,
+    StoredTile, TileColumn, TileId,
 };
 use dsm_io::{
-    BakeReport, Block, Codec, Error, MapKind, MapSummary, Metadata, PixelContents, Result,
-    WriteOptions,
+    AchievedError, Block, Codec, Error, MapSummary, Metadata, PixelContents, WriteOptions,
 };
-use dsm_trace::LightFrame;
-use dsm_trace::detail::Layering;
+use dsm_trace::detail::{Layering, LightFrame};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -26,9 +24,9 @@ use super::map::FragmentMap;
 /// The kind `fragments`: planes with coverage masks, a [`FragmentMap`].
 ///
 /// ```no_run
-/// use dsm_io::Limits;
 /// use dsm_io::detail::KindReader;
-/// use shadow_maps::fragments::{FragmentMap, Fragments};
+/// use dsm_io::Limits;
+/// use shadow_maps::detail::{FragmentMap, Fragments};
 ///
 /// let reader = KindReader::<Fragments>::open("leaves.dsm", &Limits::default())?;
 /// let map = FragmentMap::<f32>::read(&reader)?;
@@ -62,7 +60,7 @@ impl<T: Transmittance> FragmentTile<T> {
     /// # Errors
     ///
     /// As [`FragmentColumns::check`].
-    pub fn new(size: [u32; 2], columns: FragmentColumns<T>) -> dsm_core::Result<Self> {
+    pub fn new(size: [u32; 2], columns: FragmentColumns<T>) -> dsm_core::detail::Result<Self> {
         columns.check(size)?;
         Ok(Self { size, columns })
     }
@@ -219,7 +217,7 @@ impl MapKind for Fragments {
 }
 
 /// The frame of the light of a file's map.
-pub(super) fn frame_of(reader: &KindReader<Fragments>) -> dsm_core::Result<LightFrame> {
+pub(super) fn frame_of(reader: &KindReader<Fragments>) -> dsm_core::detail::Result<LightFrame> {
     let metadata = reader.metadata();
     let camera = metadata.info.camera.unwrap_or_default();
     let light_depth = reader.keys().layering.light_depth.into();

@@ -4,13 +4,13 @@ use std::convert::Infallible;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use dsm_core::random::golden;
+use dsm_core::detail::Result;
+use dsm_core::detail::random::golden;
 use dsm_core::{
-    AreaLight, LightShape, LightVisibility, OcclusionTracer, Result, ShadedPoint, Transmittance,
+    AreaLight, LightShape, LightVisibility, OcclusionTracer, ShadedPoint, Transmittance,
 };
 use dsm_io::detail::KindReader;
-use dsm_trace::detail::TraceCounters;
-use dsm_trace::{LightFrame, TraceStatistics};
+use dsm_trace::detail::{LightFrame, TraceCounters, TraceStatistics};
 use fearless_simd::{Level, Simd, SimdBase, dispatch, f32x16};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -65,7 +65,7 @@ const CHUNK: usize = 64;
 /// use dsm_core::{AreaLight, Error, LightVisibility, RayHits, RaySource, SamplePoint};
 /// use dsm_core::{ShadowCamera, SurfaceHit};
 /// use glam::{DVec3, DMat4, DVec4};
-/// use shadow_maps::fragments::{FragmentBuilder, FragmentTracer};
+/// use shadow_maps::detail::{FragmentBuilder, FragmentTracer};
 ///
 /// # let to_ndc = DMat4::from_cols(
 /// #     DVec4::new(0.5, 0.0, 0.0, 0.0),
@@ -143,7 +143,7 @@ impl<T: Transmittance> FragmentTracer<T> {
     /// [`dsm_io::Error::Channels`] for a map of another number of channels,
     /// [`dsm_io::Error::Limit`] for one that is too large, or what is wrong with a
     /// tile; as [`Self::new`].
-    pub fn read(reader: &KindReader<Fragments>) -> dsm_io::Result<Self> {
+    pub fn read(reader: &KindReader<Fragments>) -> dsm_io::detail::Result<Self> {
         reader.check_channels::<T>()?;
         reader.check_in_memory(0)?;
         let container = reader.container();

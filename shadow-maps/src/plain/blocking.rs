@@ -1,14 +1,15 @@
 //! Occluders of a plain shadow map's samples.
 
 use dsm_core::detail::VolumeSegment;
-use dsm_core::random::{mix32, unit32};
+use dsm_core::detail::random::{mix32, unit32};
 use dsm_core::{TileHits, Transmittance};
 
 /// The occluder of a sample's ray: a plain shadow map keeps one depth of it,
 /// whatever it meets.
 ///
 /// ```
-/// use shadow_maps::plain::{Blocking, DepthMapSettings};
+/// use shadow_maps::detail::Blocking;
+/// use shadow_maps::plain::DepthMapSettings;
 ///
 /// let mut settings = DepthMapSettings::new([512, 512], 16)?;
 /// assert_eq!(settings.blocking, Blocking::Stochastic);

@@ -1,8 +1,9 @@
 //! Plain shadow maps: one depth a sample (Williams 1978; the "normal shadow
 //! map" of Lokovic & Veach 2000, §2 and §6).
 
+use dsm_core::detail::Result;
 use dsm_core::{
-    Error, HitSource, PixelSampling, Result, ShadowCamera, TileHits, TileSamples, Transmittance,
+    Error, HitSource, PixelSampling, ShadowCamera, TileHits, TileSamples, Transmittance,
 };
 use rayon::prelude::*;
 
@@ -17,7 +18,8 @@ const BLOCK_SIDE: u32 = 64;
 /// Settings of sampling a [`DepthMap`].
 ///
 /// ```
-/// use shadow_maps::plain::{Blocking, DepthMapSettings};
+/// use shadow_maps::detail::Blocking;
+/// use shadow_maps::plain::DepthMapSettings;
 ///
 /// let mut settings = DepthMapSettings::new([256, 256], 16)?;
 /// settings.blocking = Blocking::Opaque;

@@ -4,14 +4,12 @@
 //! [`DepthMap`] keeps the depths of each pixel's samples;
 //! [`PercentageCloserFilter`] compares them with a receiver's.
 
-mod blocking;
+pub(crate) mod blocking;
 mod depth_map;
 mod pcf;
-mod shadow;
+pub(crate) mod shadow;
 mod strata;
 mod tap_region;
 
-pub use blocking::Blocking;
 pub use depth_map::{DepthMap, DepthMapSettings};
 pub use pcf::PercentageCloserFilter;
-pub use shadow::PercentageCloserShadow;

@@ -3,8 +3,9 @@
 
 use std::sync::Arc;
 
-use dsm_core::random::mix32;
-use dsm_core::{AreaLight, Error, LightVisibility, Receiver, Result};
+use dsm_core::detail::Result;
+use dsm_core::detail::random::mix32;
+use dsm_core::{AreaLight, Error, LightVisibility, Receiver};
 use fearless_simd::{Level, dispatch};
 use glam::DVec3;
 

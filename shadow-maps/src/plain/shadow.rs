@@ -3,7 +3,8 @@
 use std::convert::Infallible;
 use std::sync::{Mutex, PoisonError};
 
-use dsm_core::{AreaLight, BiasSummary, Facing, LightVisibility, ShadedPoint, ShadowLookup};
+use dsm_core::detail::{BiasSummary, ShadowLookup};
+use dsm_core::{AreaLight, Facing, LightVisibility, ShadedPoint};
 use glam::DVec3;
 
 use super::pcf::PercentageCloserFilter;
@@ -12,12 +13,14 @@ use super::pcf::PercentageCloserFilter;
 /// biases of a [`ShadowLookup`], which may follow each point's slope.
 ///
 /// ```
-/// use dsm_core::{AreaLight, Error, LightVisibility, MapInfo, RayHits, RaySource, SamplePoint};
-/// use dsm_core::{ShadowLookup, SurfaceHit};
-/// use glam::DVec3;
-/// use shadow_maps::plain::{
-///     DepthMap, DepthMapSettings, PercentageCloserFilter, PercentageCloserShadow,
+/// use dsm_core::detail::ShadowLookup;
+/// use dsm_core::{
+///     AreaLight, Error, LightVisibility, MapInfo, RayHits, RaySource, SamplePoint,
+///     SurfaceHit,
 /// };
+/// use glam::DVec3;
+/// use shadow_maps::plain::{DepthMap, DepthMapSettings, PercentageCloserFilter};
+/// use shadow_maps::detail::PercentageCloserShadow;
 ///
 /// # let to_ndc = glam::DMat4::from_cols(
 /// #     glam::DVec4::new(0.5, 0.0, 0.0, 0.0),

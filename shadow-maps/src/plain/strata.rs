@@ -1,6 +1,7 @@
 //! The taps of a percentage closer filter: one in every cell of a square grid.
 
-use dsm_core::random::{MIX32_FACTORS, mix32};
+use dsm_core::detail::random::MIX32_FACTORS;
+use dsm_core::detail::random::mix32;
 use fearless_simd::{Bytes, Simd, SimdBase, SimdFloat, SimdInt, SimdMask, f32x16, i32x16, u32x16};
 
 use super::tap_region::{DepthPlane, TapRegion};

@@ -1,8 +1,9 @@
 //! A whole OpenEXR file.
 
 use dsm_core::Progress;
+use dsm_io::MapSource;
 use dsm_io::deep_exr::DeepExrReader;
-use dsm_io::{MapSource, compare};
+use dsm_io::detail::compare;
 
 use super::limits;
 

@@ -1,10 +1,10 @@
 //! One tile of any bytes of a layered map, in a file that is otherwise sound.
 
 use dsm_core::{Rgb, Transmittance};
-use dsm_io::detail::{ErasedMap, Memory};
-use dsm_io::{Block, Codec, Container, Kinds, MapKind};
-use mtsm::{Layers, Mtsm};
-use shadow_maps::fragments::{FragmentColumns, FragmentTile, Fragments};
+use dsm_io::detail::{Container, ErasedMap, Kinds, MapKind, Memory};
+use dsm_io::{Block, Codec};
+use mtsm::detail::{Layers, Mtsm};
+use shadow_maps::detail::{FragmentColumns, FragmentTile, Fragments};
 
 use super::limits;
 use crate::forge::{Assembly, Forge};

@@ -1,6 +1,6 @@
 //! Numbers that look random and are the same in every run.
 
-use dsm_core::random::next_bits;
+use dsm_core::detail::random::next_bits;
 
 /// A stream of numbers: every seed has its own.
 ///

@@ -4,7 +4,8 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use dsm_core::Progress;
-use dsm_io::{BakeOptions, Error, PyramidOptions};
+use dsm_io::detail::BakeOptions;
+use dsm_io::{Error, PyramidOptions};
 
 use crate::support::Stage;
 
@@ -20,8 +21,10 @@ fn break_off(stage: &Stage, options: &BakeOptions, after: u64) {
         assert_eq!(progress.total, 25);
         if progress.done >= after { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    let bake =
-        || dsm_io::bake(&stage.baker::<f32>(&settings), &path, options, |_| (), watch).unwrap_err();
+    let bake = || {
+        dsm_io::detail::bake(&stage.baker::<f32>(&settings), &path, options, |_| (), watch)
+            .unwrap_err()
+    };
     let error = bake();
     assert!(matches!(error, Error::Interrupted), "{error}");
     assert!(names(folder.path()).is_empty(), "{:?}", names(folder.path()));

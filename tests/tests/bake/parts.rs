@@ -2,10 +2,9 @@
 
 use std::path::Path;
 
-use dsm_core::Progress;
-use dsm_core::{Filter, FilterShape, Rgb, Transmittance};
-use dsm_io::detail::Crop;
-use dsm_io::{BakeOptions, MergeReport};
+use dsm_core::{Filter, FilterShape, Progress, Rgb, Transmittance};
+use dsm_io::MergeReport;
+use dsm_io::detail::{BakeOptions, Crop};
 
 use crate::support::{Stage, open};
 

@@ -1,7 +1,8 @@
 //! Mip levels that are baked: averages of the functions before compression.
 
 use dsm_core::{BakeSettings, Rgb, Transmittance, VisibilityField};
-use dsm_io::{BakeOptions, MapReader, PyramidOptions};
+use dsm_io::detail::BakeOptions;
+use dsm_io::{MapReader, PyramidOptions};
 use dsm_testkit::Random;
 
 use crate::naive::{Plain, check_levels, stored};

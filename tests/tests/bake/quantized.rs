@@ -2,12 +2,10 @@
 
 use std::ops::ControlFlow;
 
-use dsm_core::Progress;
-use dsm_core::{Quantization, Rgb, Tolerance, Transmittance};
-use dsm_io::{
-    BakeOptions, Codec, ConvertOptions, MapReader, MapSource, PyramidOptions, bake, convert, merge,
-    mip,
-};
+use dsm_core::detail::Quantization;
+use dsm_core::{Progress, Rgb, Tolerance, Transmittance};
+use dsm_io::detail::{BakeOptions, bake};
+use dsm_io::{Codec, ConvertOptions, MapReader, MapSource, PyramidOptions, convert, merge, mip};
 
 use crate::support::{Stage, open};
 

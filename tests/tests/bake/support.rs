@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use dsm_core::{BakeSettings, Baker, DeepMap, HitSource, Transmittance, ViewRaster};
-use dsm_io::{BakeOptions, BakeReport, Limits, MapReader};
-use dsm_scene::{Error, Scene, SceneHitSource, SceneRasterizer, TracedScene, open_scene};
+use dsm_io::detail::{BakeOptions, BakeReport};
+use dsm_io::{Limits, MapReader};
+use dsm_scene::detail::SceneHitSource;
+use dsm_scene::{Error, Scene, SceneRasterizer, TracedScene, open_scene};
 
 /// A real file, or `None` with a note where there are none.
 pub(crate) fn real_file(name: &str) -> Option<PathBuf> {
@@ -76,7 +78,7 @@ impl Stage {
         path: &Path,
     ) -> BakeReport {
         let never = |_| ControlFlow::Continue(());
-        dsm_io::bake(&self.baker::<T>(settings), path, options, |_| (), never).unwrap()
+        dsm_io::detail::bake(&self.baker::<T>(settings), path, options, |_| (), never).unwrap()
     }
 
     /// Bakes into a file, which has to be sound, and reads it.

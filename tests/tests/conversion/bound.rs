@@ -2,10 +2,9 @@
 
 use std::path::Path;
 
-use dsm_core::Progress;
-use dsm_core::{DeepMap, PixelListsBuilder, Vertex};
-use dsm_io::detail::AchievedError;
-use dsm_io::{Error, Limits, MapReader, WriteOptions, check_bound, compare, write_map};
+use dsm_core::{DeepMap, PixelListsBuilder, Progress, Vertex};
+use dsm_io::detail::{check_bound, compare};
+use dsm_io::{AchievedError, Error, Limits, MapReader, WriteOptions, write_map};
 
 use super::{converted, image, open, options};
 

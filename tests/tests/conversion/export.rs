@@ -4,17 +4,16 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use dsm_core::Progress;
-use dsm_core::detail::PixelWindow;
-use dsm_core::{DeepMap, MapInfo, PixelLists, Rgb, Tolerance};
+use dsm_core::detail::{PixelLists, PixelWindow};
+use dsm_core::{DeepMap, MapInfo, Progress, Rgb, Tolerance};
 use dsm_io::deep_exr::{
     self, AlphaChannels, ChannelType, Compression, DeepExrReader, Header, Layout, SampleType,
     Window,
 };
-use dsm_io::detail::AchievedError;
+use dsm_io::detail::compare;
 use dsm_io::{
-    Attribute, Error, ExportOptions, Limits, MapReader, MapSource, Metadata, WriteOptions, compare,
-    convert, export_deep_exr, write_map,
+    AchievedError, Attribute, Error, ExportOptions, Limits, MapReader, MapSource, Metadata,
+    WriteOptions, convert, export_deep_exr, write_map,
 };
 
 use super::{IMAGES, converted, image, open, options};

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use dsm_core::Progress;
-use dsm_core::detail::{PixelWindow, VisibilityView};
+use dsm_core::detail::{PixelLists, PixelWindow, VisibilityView};
 use dsm_core::{
-    DeepMap, MapInfo, PixelLists, PixelListsBuilder, Rgb, Tolerance, Transmittance, Vertex,
+    DeepMap, MapInfo, PixelListsBuilder, Progress, Rgb, Tolerance, Transmittance, Vertex,
 };
 use dsm_io::deep_exr::{self, Compression, DeepExrReader, DeepRows, Layout, SampleType, Window};
-use dsm_io::detail::AchievedError;
-use dsm_io::{ExportOptions, ExportReport, Metadata, WriteOptions, export_deep_exr, write_map};
+use dsm_io::{
+    AchievedError, ExportOptions, ExportReport, Metadata, WriteOptions, export_deep_exr, write_map,
+};
 use dsm_testkit::config;
 use proptest::collection::vec;
 use proptest::prelude::*;

@@ -3,14 +3,12 @@
 use std::fs;
 use std::path::Path;
 
-use dsm_core::Progress;
 use dsm_core::detail::PixelWindow;
-use dsm_core::{MapInfo, PixelListsBuilder, Vertex};
+use dsm_core::{MapInfo, PixelListsBuilder, Progress, Vertex};
 use dsm_io::deep_exr::{self, DeepExrReader, Window};
-use dsm_io::detail::{AchievedError, TileId};
+use dsm_io::detail::{MapWriter, TileId, compare};
 use dsm_io::{
-    Attribute, Block, Limits, MapReader, MapSource, MapWriter, Metadata, WriteOptions, compare,
-    convert,
+    AchievedError, Attribute, Block, Limits, MapReader, MapSource, Metadata, WriteOptions, convert,
 };
 
 use super::{IMAGES, converted, image, open, options};
@@ -49,7 +47,7 @@ fn tolerances_of_conversions_in_turn_add_up() {
     });
     assert!(0.0 < source.max && source.max < whole.max && whole.max <= 0.08);
     assert!(0.0 < source.mean && source.mean < whole.mean);
-    dsm_io::check_bound(reader, &mut open(&image(name)), Progress::ignore).unwrap();
+    dsm_io::detail::check_bound(reader, &mut open(&image(name)), Progress::ignore).unwrap();
     let far = options(0.99, 16);
     assert!(
         convert(&mut open(&second), &folder.path().join("far.dsm"), &far, Progress::ignore)

@@ -4,9 +4,10 @@ use std::fs;
 use std::ops::ControlFlow;
 
 use dsm_core::Progress;
+use dsm_io::detail::compare_levels;
 use dsm_io::{
-    ConvertOptions, Error, ExportOptions, Limits, MapReader, PyramidOptions, compare_levels,
-    convert, export_deep_exr, merge, mip,
+    ConvertOptions, Error, ExportOptions, Limits, MapReader, PyramidOptions, convert,
+    export_deep_exr, merge, mip,
 };
 
 use crate::{converted, image, open, options};

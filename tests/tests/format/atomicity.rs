@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use dsm_core::PixelLists;
-use dsm_io::detail::{AchievedError, TileId};
-use dsm_io::{Block, Limits, MapReader, MapWriter, Metadata, WriteOptions};
+use dsm_core::detail::PixelLists;
+use dsm_io::detail::{MapWriter, TileId};
+use dsm_io::{AchievedError, Block, Limits, MapReader, Metadata, WriteOptions};
 
 use crate::examples::{document, mono};
 

@@ -5,8 +5,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use dsm_core::{MapInfo, Vertex};
-use dsm_io::detail::AchievedError;
-use dsm_io::{Block, Container, Limits, MapReader, Metadata, Source, WriteOptions};
+use dsm_io::detail::{Container, Source};
+use dsm_io::{AchievedError, Block, Limits, MapReader, Metadata, WriteOptions};
 use dsm_tests::forge::Forge;
 use dsm_tests::whole_message;
 use rayon::prelude::*;
@@ -54,7 +54,7 @@ impl Source for Shared {
         self.0.len() as u64
     }
 
-    fn read(&self, range: Range<u64>) -> dsm_io::Result<Cow<'_, [u8]>> {
+    fn read(&self, range: Range<u64>) -> dsm_io::detail::Result<Cow<'_, [u8]>> {
         Ok(Cow::Borrowed(&self.0[range.start as usize..range.end as usize]))
     }
 }

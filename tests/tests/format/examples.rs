@@ -2,12 +2,11 @@
 
 use std::path::Path;
 
+use dsm_core::detail::PixelLists;
 use dsm_core::{
-    DeepMap, Filter, FilterShape, MapInfo, PixelLists, Rgb, ShadowCamera, Tolerance, Transmittance,
-    Vertex,
+    DeepMap, Filter, FilterShape, MapInfo, Rgb, ShadowCamera, Tolerance, Transmittance, Vertex,
 };
-use dsm_io::detail::AchievedError;
-use dsm_io::{Attribute, Block, Metadata, WriteOptions, write_map};
+use dsm_io::{AchievedError, Attribute, Block, Metadata, WriteOptions, write_map};
 use glam::{DMat4, Mat4, Vec3, Vec4};
 
 use crate::pixels::build;
@@ -29,7 +28,7 @@ impl<T: Transmittance> Example<T> {
         std::fs::read(path).unwrap()
     }
 
-    pub(crate) fn write(&self, path: &Path) -> dsm_io::Result<u64> {
+    pub(crate) fn write(&self, path: &Path) -> dsm_io::detail::Result<u64> {
         let map = DeepMap::new(self.metadata.info, self.pixels.clone());
         write_map(path, self.metadata.clone(), &map, self.error, self.options)
     }

@@ -3,9 +3,10 @@
 //!
 //! What the files must hold is computed here, from a pixel's place alone.
 
-use dsm_core::{MapInfo, PixelLists, Rgb, Transmittance, Vertex};
-use dsm_io::detail::{AchievedError, Crop, TileId};
-use dsm_io::{Block, Codec, Level, Limits, MapReader, MapWriter, Metadata, TileRect, WriteOptions};
+use dsm_core::detail::PixelLists;
+use dsm_core::{MapInfo, Rgb, Transmittance, Vertex};
+use dsm_io::detail::{Crop, Level, MapWriter, TileId, TileRect};
+use dsm_io::{AchievedError, Block, Codec, Limits, MapReader, Metadata, WriteOptions};
 use dsm_tests::golden;
 
 use crate::pixels::build;

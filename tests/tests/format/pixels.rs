@@ -1,6 +1,7 @@
 //! Pixels to write: any that the invariant allows.
 
-use dsm_core::{PixelLists, PixelListsBuilder, Transmittance, Vertex};
+use dsm_core::detail::PixelLists;
+use dsm_core::{PixelListsBuilder, Transmittance, Vertex};
 use proptest::collection::{btree_set, vec};
 use proptest::prelude::*;
 

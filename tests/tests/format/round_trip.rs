@@ -1,9 +1,11 @@
 //! What is written is read, bit for bit, from either source.
 
-use dsm_core::detail::PixelListsView;
-use dsm_core::{DeepMap, MapInfo, PixelLists, Rgb, Transmittance};
-use dsm_io::detail::{AchievedError, TileId};
-use dsm_io::{AnyDeepMap, Block, Limits, MapReader, Metadata, WriteOptions, write_map};
+use dsm_core::detail::{PixelLists, PixelListsView};
+use dsm_core::{DeepMap, MapInfo, Rgb, Transmittance};
+use dsm_io::detail::TileId;
+use dsm_io::{
+    AchievedError, AnyDeepMap, Block, Limits, MapReader, Metadata, WriteOptions, write_map,
+};
 use dsm_testkit::config;
 use proptest::prelude::*;
 

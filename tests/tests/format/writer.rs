@@ -3,12 +3,12 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use dsm_core::detail::InFile;
-use dsm_core::{MapInfo, PixelLists, Rgb};
-use dsm_io::detail::{AchievedError, ContainerWriter, EncodedTile, SectionKind, Tile, TileId};
-use dsm_io::{
-    Block, Container, Error, Level, Limits, MapReader, MapWriter, Metadata, Source, WriteOptions,
+use dsm_core::detail::{InFile, PixelLists};
+use dsm_core::{MapInfo, Rgb};
+use dsm_io::detail::{
+    Container, ContainerWriter, EncodedTile, Level, MapWriter, SectionKind, Source, Tile, TileId,
 };
+use dsm_io::{AchievedError, Block, Error, Limits, MapReader, Metadata, WriteOptions};
 use dsm_tests::forge::Forge;
 
 use crate::examples::{coloured, document, mono};
@@ -225,7 +225,7 @@ impl Source for Odd {
         self.bytes.len() as u64 - 1
     }
 
-    fn read(&self, range: Range<u64>) -> dsm_io::Result<Cow<'_, [u8]>> {
+    fn read(&self, range: Range<u64>) -> dsm_io::detail::Result<Cow<'_, [u8]>> {
         let [start, end] = [range.start, range.end].map(|at| self.start + at as usize);
         Ok(Cow::Borrowed(&self.bytes[start..end]))
     }

@@ -8,11 +8,8 @@ use dsm_core::{
     DeepMap, Filter, FilterShape, Footprint, MapInfo, PixelListsBuilder, Receiver, Vertex,
     filtered_lookup,
 };
-use dsm_io::detail::{AchievedError, TileId};
-use dsm_io::{
-    Block, Container, Error, Limits, MapReader, Metadata, Result, Source, TileCache, WriteOptions,
-    write_map,
-};
+use dsm_io::detail::{Container, Result, Source, TileCache, TileId};
+use dsm_io::{AchievedError, Block, Error, Limits, MapReader, Metadata, WriteOptions, write_map};
 
 /// Hands out copies of ranges, keeps a list of them, and none longer than it may.
 #[derive(Clone, Debug)]

@@ -3,12 +3,11 @@
 
 use dsm_core::{MapInfo, Rgb, Transmittance, VisibilityField};
 use dsm_io::detail::{
-    AchievedError, EncodedTile, FieldKind, KindReader, KindWriter, MapTile, PixelValue, StoredTile,
-    TileColumn, TileId,
+    EncodedTile, FieldKind, KindReader, KindWriter, Kinds, MapKind, MapTile, PixelValue, Result,
+    StoredTile, TileCache, TileColumn, TileId,
 };
 use dsm_io::{
-    Block, Codec, Error, Kinds, Limits, MapKind, MapSummary, Metadata, PixelContents, Result,
-    TileCache, WriteOptions,
+    AchievedError, Block, Codec, Error, Limits, MapSummary, Metadata, PixelContents, WriteOptions,
 };
 use serde::{Deserialize, Serialize};
 

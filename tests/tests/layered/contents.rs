@@ -6,14 +6,15 @@ use dsm_core::{
     Error, HitSource, Progress, Rgb, SurfaceHit, TileHits, TileSamples, Tolerance, Transmittance,
     VisibilityField,
 };
-use dsm_io::detail::{AchievedError, KindReader, KindWriter, Memory, PixelValue, TileId};
-use dsm_io::{
-    BakeReport, Block, Container, Error as FileError, Level, Limits, MapKind, TileCache,
-    WriteOptions,
+use dsm_io::detail::{
+    BakeReport, Container, KindReader, KindWriter, Level, MapKind, Memory, PixelValue, TileCache,
+    TileId,
 };
+use dsm_io::{AchievedError, Block, Error as FileError, Limits, WriteOptions};
 use glam::Vec3;
-use mtsm::{Layers, Mtsm, MultilayerBaker, MultilayerMap, bake_layers, bake_mtsm};
-use shadow_maps::fragments::{FragmentMap, Fragments, bake_fragments};
+use mtsm::detail::{Layers, Mtsm, bake_layers, bake_mtsm};
+use mtsm::{MultilayerBaker, MultilayerMap};
+use shadow_maps::detail::{FragmentMap, Fragments, bake_fragments};
 
 use crate::examples::{baker, file, fragment_map, fragments, read, settings, source};
 

@@ -1,12 +1,14 @@
 //! Whatever is damaged is found, behind right checksums too.
 
 use dsm_core::Rgb;
-use dsm_io::{Block, MapKind};
+use dsm_io::Block;
+use dsm_io::detail::MapKind;
 use dsm_tests::forge::Forge;
 use dsm_tests::golden;
 use dsm_tests::whole_message;
-use mtsm::{Layers, Mtsm, MultilayerDepthMap, MultilayerMap};
-use shadow_maps::fragments::{FragmentMap, Fragments};
+use mtsm::MultilayerMap;
+use mtsm::detail::{Layers, Mtsm, MultilayerDepthMap};
+use shadow_maps::detail::{FragmentMap, Fragments};
 
 use crate::examples::{KINDS, file, open};
 

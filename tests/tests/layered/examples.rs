@@ -3,11 +3,12 @@
 use std::ops::ControlFlow;
 
 use dsm_core::{Error, RayHits, RaySource, SamplePoint, ShadowCamera, SurfaceHit, Transmittance};
-use dsm_io::detail::{ErasedMap, KindReader, Memory};
-use dsm_io::{Block, Container, Kinds, Limits, MapKind, WriteOptions};
+use dsm_io::detail::{Container, ErasedMap, KindReader, Kinds, MapKind, Memory};
+use dsm_io::{Block, Limits, WriteOptions};
 use glam::{DMat4, DVec4};
-use mtsm::{Layers, Mtsm, MultilayerBaker, MultilayerSettings, bake_layers, bake_mtsm};
-use shadow_maps::fragments::{FragmentBuilder, FragmentMap, Fragments, bake_fragments};
+use mtsm::detail::{Layers, Mtsm, bake_layers, bake_mtsm};
+use mtsm::{MultilayerBaker, MultilayerSettings};
+use shadow_maps::detail::{FragmentBuilder, FragmentMap, Fragments, bake_fragments};
 
 pub(crate) type Ray<T> = fn(SamplePoint, &mut RayHits<T>) -> Result<(), Error>;
 
@@ -101,13 +102,13 @@ pub(crate) fn file<T: Transmittance>(kind: &str, block: Block) -> Vec<u8> {
 /// All kinds of layered maps.
 pub(crate) const KINDS: [&str; 3] = [Mtsm::NAME, Layers::NAME, Fragments::NAME];
 
-pub(crate) fn open(bytes: Vec<u8>) -> dsm_io::Result<Box<dyn ErasedMap>> {
+pub(crate) fn open(bytes: Vec<u8>) -> dsm_io::detail::Result<Box<dyn ErasedMap>> {
     let limits = Limits::default();
     let kinds = Kinds::default().with::<Mtsm>().with::<Layers>().with::<Fragments>();
     kinds.read(Container::from_source(Memory::from(bytes), &limits)?, &limits)
 }
 
 /// Opens a file of a kind that is known.
-pub(crate) fn read<K: MapKind>(bytes: Vec<u8>) -> dsm_io::Result<KindReader<K>> {
+pub(crate) fn read<K: MapKind>(bytes: Vec<u8>) -> dsm_io::detail::Result<KindReader<K>> {
     KindReader::from_bytes(bytes, &Limits::default())
 }

@@ -3,13 +3,12 @@
 //! What the files must hold is computed here, from a pixel's place alone.
 
 use dsm_core::{MapInfo, Rgb, SurfaceHit, Tolerance, Transmittance};
-use dsm_io::detail::{AchievedError, KindReader, KindWriter, TileId};
-use dsm_io::{Block, Level, Limits, MapKind, Metadata, TileRect, WriteOptions};
+use dsm_io::detail::{KindReader, KindWriter, Level, MapKind, TileId, TileRect};
+use dsm_io::{AchievedError, Block, Limits, Metadata, WriteOptions};
 use dsm_tests::golden;
 use dsm_trace::detail::Layering;
-use mtsm::detail::{DepthLayers, Layer, LayeredPixels, LayeredPixelsBuilder};
-use mtsm::{Layers, Mtsm};
-use shadow_maps::fragments::{Fragment, FragmentColumns, FragmentKeys, FragmentTile, Fragments};
+use mtsm::detail::{DepthLayers, Layer, LayeredPixels, LayeredPixelsBuilder, Layers, Mtsm};
+use shadow_maps::detail::{Fragment, FragmentColumns, FragmentKeys, FragmentTile, Fragments};
 
 /// Of level 0, in tiles of 8 × 8: the second row of tiles is one pixel high.
 const SIZE: [u32; 2] = [12, 9];

@@ -3,10 +3,12 @@
 use std::ops::ControlFlow;
 
 use dsm_core::{AreaLight, LightVisibility, Rgb, Transmittance};
-use dsm_io::{Block, Error, Limits, MapKind, MapReader};
+use dsm_io::detail::MapKind;
+use dsm_io::{Block, Error, Limits, MapReader};
 use glam::DVec3;
-use mtsm::{Layers, Mtsm, MultilayerDepthMap, MultilayerMap, bake_mtsm};
-use shadow_maps::fragments::{FragmentMap, FragmentTracer, Fragments};
+use mtsm::MultilayerMap;
+use mtsm::detail::{Layers, Mtsm, MultilayerDepthMap, bake_mtsm};
+use shadow_maps::detail::{FragmentMap, FragmentTracer, Fragments};
 
 use crate::examples::{KINDS, baker, file, fragment_map, open, read};
 

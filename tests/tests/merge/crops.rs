@@ -2,13 +2,12 @@
 
 use std::path::Path;
 
-use dsm_core::Progress;
-use dsm_core::detail::PixelWindow;
-use dsm_core::{MapInfo, PixelLists, Tolerance, Transmittance, Vertex};
-use dsm_io::detail::{AchievedError, ContainerWriter, Crop, EncodedTile, TileId};
+use dsm_core::detail::{PixelLists, PixelWindow};
+use dsm_core::{MapInfo, Progress, Tolerance, Transmittance, Vertex};
+use dsm_io::detail::{Container, ContainerWriter, Crop, EncodedTile, Level, MapWriter, TileId};
 use dsm_io::{
-    Block, Container, Level, Limits, MapReader, MapWriter, MergeReport, Metadata, PyramidOptions,
-    WriteOptions, mip,
+    AchievedError, Block, Limits, MapReader, MergeReport, Metadata, PyramidOptions, WriteOptions,
+    mip,
 };
 
 use super::{info, merge, metadata, open, refusal};

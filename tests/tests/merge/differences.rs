@@ -2,13 +2,12 @@
 
 use std::path::Path;
 
-use dsm_core::Progress;
-use dsm_core::detail::VisibilityDifference;
-use dsm_core::{MapInfo, PixelLists, Rgb, Vertex};
-use dsm_io::detail::{AchievedError, TileId};
+use dsm_core::detail::{PixelLists, VisibilityDifference};
+use dsm_core::{MapInfo, Progress, Rgb, Vertex};
+use dsm_io::detail::{Level, MapDifference, MapWriter, TileId, compare, compare_levels};
 use dsm_io::{
-    Block, ConvertOptions, Level, Limits, MapDifference, MapReader, MapSource, MapWriter, Metadata,
-    WriteOptions, compare, compare_levels, convert,
+    AchievedError, Block, ConvertOptions, Limits, MapReader, MapSource, Metadata, WriteOptions,
+    convert,
 };
 
 use super::{image, info, metadata, source, write};
@@ -47,7 +46,7 @@ fn pyramid(path: &Path, levels: &[PixelLists<f32>]) -> MapSource {
     source(path)
 }
 
-fn differ(a: &mut MapSource, b: &mut MapSource) -> dsm_io::Result<MapDifference> {
+fn differ(a: &mut MapSource, b: &mut MapSource) -> dsm_io::detail::Result<MapDifference> {
     let mut told = (0, 0);
     let difference = compare_levels(a, b, |rows| {
         assert!(rows.done >= told.0 && rows.done <= rows.total);

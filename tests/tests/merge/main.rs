@@ -10,10 +10,11 @@ mod products;
 
 use std::path::{Path, PathBuf};
 
-use dsm_core::Progress;
-use dsm_core::{DeepMap, MapInfo, PixelLists, Tolerance, Transmittance};
-use dsm_io::detail::AchievedError;
-use dsm_io::{Limits, MapReader, MapSource, MergeReport, Metadata, WriteOptions, write_map};
+use dsm_core::detail::PixelLists;
+use dsm_core::{DeepMap, MapInfo, Progress, Tolerance, Transmittance};
+use dsm_io::{
+    AchievedError, Limits, MapReader, MapSource, MergeReport, Metadata, WriteOptions, write_map,
+};
 
 fn info(epsilon: f32) -> MapInfo {
     MapInfo { tolerance: Tolerance::new(epsilon).unwrap(), ..MapInfo::default() }

@@ -1,13 +1,12 @@
 //! The light past several maps, against the product of their answers.
 
-use dsm_core::Progress;
-use dsm_core::detail::{PixelWindow, VisibilityView};
+use dsm_core::detail::{PixelLists, PixelWindow, VisibilityView};
 use dsm_core::{
-    Filter, FilterShape, MapInfo, PixelLists, Rgb, ShadowCamera, Tolerance, Transmittance, Vertex,
+    Filter, FilterShape, MapInfo, Progress, Rgb, ShadowCamera, Tolerance, Transmittance, Vertex,
 };
-use dsm_io::detail::AchievedError;
+use dsm_io::detail::MapWriter;
 use dsm_io::{
-    AnyDeepMap, Block, ConvertOptions, Limits, MapReader, MapWriter, MergeReport, Metadata,
+    AchievedError, AnyDeepMap, Block, ConvertOptions, Limits, MapReader, MergeReport, Metadata,
     WriteOptions, convert,
 };
 use dsm_testkit::config;

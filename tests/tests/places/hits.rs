@@ -3,9 +3,8 @@
 use std::sync::Arc;
 
 use dsm_core::{HitSource, OcclusionTracer, Projection, Rgb, TileHits, TileSamples, ViewRaster};
-use dsm_scene::{
-    Error, Scene, SceneHitSource, SceneRasterizer, SceneReference, Shape, TracedScene,
-};
+use dsm_scene::detail::{SceneHitSource, SceneReference};
+use dsm_scene::{Error, Scene, SceneRasterizer, Shape, TracedScene};
 use dsm_testkit::{Agreement, Trial, check_hit_source, check_occlusion_tracer};
 use glam::DVec3;
 

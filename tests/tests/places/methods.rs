@@ -3,9 +3,11 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
+use deepshadow::detail::{PlainShadow, Result, plain_shadow};
+use deepshadow::visibility::Bias;
 use deepshadow::{
-    Bake, Bias, FarTable, FilterMethod, Kind, Method as MapMethod, PcfMethod, PlainShadow, Query,
-    Result, Shadow, ShadowMap, TraceMethod, bake, plain_shadow, reference_shadow,
+    Bake, FarTable, FilterMethod, Kind, Method as MapMethod, PcfMethod, Query, Shadow, ShadowMap,
+    TraceMethod, bake,
 };
 use dsm_core::{Filter, FilterShape, Footprint, Tolerance};
 use dsm_scene::{Scene, TracedScene};
@@ -100,7 +102,7 @@ impl Method {
     pub(crate) fn make(self, scene: &Scene, trial: &Trial) -> Result<Shadow> {
         let Some((kind, method)) = self.of_map() else {
             if self == Self::Reference {
-                return reference_shadow(Arc::new(TracedScene::new(scene)?), scene, RAYS);
+                return Shadow::reference(Arc::new(TracedScene::new(scene)?), scene, RAYS);
             }
             let mut settings = PlainShadow::new(RAYS).with_width(2.0);
             (settings.resolution, settings.samples) = ([SIZE; 2], 4);

@@ -2,8 +2,9 @@
 
 use std::ops::ControlFlow;
 
-use deepshadow::Result;
-use dsm_scene::{RenderSettings, Renderer, Scene, TracedScene};
+use deepshadow::detail::Result;
+use dsm_scene::detail::{RenderSettings, Renderer};
+use dsm_scene::{Scene, TracedScene};
 use dsm_testkit::{Placement, Trial, check_answers, check_light_visibility};
 use glam::DVec3;
 

@@ -1,9 +1,9 @@
 //! A small scene that can be placed anywhere.
 
 use dsm_core::{Projection, Rgb, View};
+use dsm_scene::detail::Camera;
 use dsm_scene::{
-    Camera, Curves, Light, LightOutline, Motion, Object, Scene, Shape, Transform, TriangleMesh,
-    Volume,
+    Curves, Light, LightOutline, Motion, Object, Scene, Shape, Transform, TriangleMesh, Volume,
 };
 use dsm_testkit::Placement;
 use glam::{DVec3, IVec3, UVec3, Vec3};

@@ -4,10 +4,10 @@
 use std::fs;
 use std::path::Path;
 
-use dsm_core::Progress;
-use dsm_core::{MapInfo, PixelLists, Rgb, Transmittance};
-use dsm_io::detail::{AchievedError, TileId};
-use dsm_io::{Block, Level, MapReader, MapWriter, Metadata, PyramidOptions, WriteOptions, mip};
+use dsm_core::detail::PixelLists;
+use dsm_core::{MapInfo, Progress, Rgb, Transmittance};
+use dsm_io::detail::{Level, MapWriter, TileId};
+use dsm_io::{AchievedError, Block, MapReader, Metadata, PyramidOptions, WriteOptions, mip};
 
 use crate::maps::{Content, Shape, open, pixels, write};
 

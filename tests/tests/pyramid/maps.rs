@@ -2,10 +2,12 @@
 
 use std::path::Path;
 
-use dsm_core::Progress;
-use dsm_core::{MapInfo, PixelLists, PixelListsBuilder, Tolerance, Transmittance, Vertex};
-use dsm_io::detail::{AchievedError, TileId};
-use dsm_io::{Block, Limits, MapReader, MapWriter, Metadata, PyramidOptions, WriteOptions, mip};
+use dsm_core::detail::PixelLists;
+use dsm_core::{MapInfo, PixelListsBuilder, Progress, Tolerance, Transmittance, Vertex};
+use dsm_io::detail::{MapWriter, TileId};
+use dsm_io::{
+    AchievedError, Block, Limits, MapReader, Metadata, PyramidOptions, WriteOptions, mip,
+};
 
 /// Numbers that are the same in every run.
 pub(crate) struct Numbers(pub(crate) u64);

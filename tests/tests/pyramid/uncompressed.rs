@@ -2,10 +2,12 @@
 
 use std::ops::Range;
 
-use dsm_core::detail::SumVertex;
-use dsm_core::{PixelLists, Progress, Rgb, Transmittance, Vertex};
-use dsm_io::detail::{PixelFunctions, PyramidSource, SourceTile, TileId, build_pyramid};
-use dsm_io::{Error, Level, MapWriter, Result};
+use dsm_core::detail::{PixelLists, SumVertex};
+use dsm_core::{Progress, Rgb, Transmittance, Vertex};
+use dsm_io::Error;
+use dsm_io::detail::{
+    Level, MapWriter, PixelFunctions, PyramidSource, Result, SourceTile, TileId, build_pyramid,
+};
 
 use crate::maps::{Content, Shape, open, pixels};
 use crate::naive::{Plain, check_levels};
