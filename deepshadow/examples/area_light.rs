@@ -10,7 +10,8 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use deepshadow::glam::DVec3;
-use deepshadow::scene::{LightOutline, TracedScene, builtin_scene};
+use deepshadow::scene::{TracedScene, builtin_scene};
+use deepshadow::visibility::LightExtent;
 use deepshadow::{Bake, Kind, Query, Shadow, ShadowMap, TraceMethod, bake};
 
 /// Shadow rays of a point.
@@ -20,7 +21,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut scene = builtin_scene("pipes")?;
     // Fragments are surfaces: the cloud stays out.
     scene.objects.retain(|object| !matches!(*object.shape, deepshadow::scene::Shape::Volume(_)));
-    scene.light.outline = LightOutline::Rectangle { size: [1.5, 1.5] };
+    scene.light.extent = LightExtent::rectangle([1.5, 1.5]);
 
     let folder = tempfile::tempdir()?;
     let path = folder.path().join("pipes.dsm");

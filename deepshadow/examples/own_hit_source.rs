@@ -8,9 +8,9 @@ use std::error::Error;
 use std::ops::ControlFlow;
 
 use deepshadow::glam::DVec3;
-use deepshadow::scene::{Light, LightOutline};
+use deepshadow::scene::Light;
 use deepshadow::visibility::{
-    Projection, RayHits, RaySource, SamplePoint, SurfaceHit, View, ViewRaster,
+    LightExtent, Projection, RayHits, RaySource, SamplePoint, SurfaceHit, View, ViewRaster,
 };
 use deepshadow::{Bake, Query, ShadowMap, ThroughView, bake};
 
@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let light = Light {
         view,
         projection: Projection::Perspective { fov: 60.0 },
-        outline: LightOutline::Point,
+        extent: LightExtent::POINT,
     };
 
     // A renderer answers what each ray meets: here a pane of smoked glass one unit

@@ -19,6 +19,7 @@ mod filter;
 mod hits;
 mod in_file;
 mod light;
+mod light_extent;
 mod mip;
 mod progress;
 mod random;
@@ -47,7 +48,8 @@ pub use hits::{
     tile_hits::TileHits,
     tile_samples::{SamplePoint, TileSamples},
 };
-pub use light::{AreaLight, LightShape};
+pub use light::AreaLight;
+pub use light_extent::LightExtent;
 pub use progress::Progress;
 pub use shadow::{Facing, LightVisibility, OcclusionTracer, ShadedPoint};
 pub use tolerance::Tolerance;
@@ -84,7 +86,7 @@ pub mod detail {
         },
         hits::hit::VolumeSegment,
         in_file::InFile,
-        light::LightExtent,
+        light_extent::LightShape,
         mip::MipPyramid,
         visibility::{
             difference::{DifferenceSummary, VisibilityDifference},

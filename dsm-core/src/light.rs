@@ -1,56 +1,9 @@
 //! Lights with an area, and the points on them that shadow rays go to.
 
 use glam::{DVec2, DVec3};
-use serde::{Deserialize, Serialize};
 
+use crate::light_extent::{LightExtent, LightShape};
 use crate::random::{next_bits, unit};
-
-/// The outline of a light.
-///
-/// ```
-/// use dsm_core::{AreaLight, LightShape};
-/// use glam::DVec3;
-///
-/// let light = AreaLight::sphere(DVec3::Y, 0.5);
-/// assert_eq!(light.shape(), LightShape::Sphere);
-/// assert_eq!(light.shape().name(), "sphere");
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-#[non_exhaustive]
-pub enum LightShape {
-    /// A point.
-    Point,
-    /// A rectangle, spanned by the half axes.
-    Rectangle,
-    /// An ellipse, spanned by the half axes: a disk if they are equally long.
-    Disk,
-    /// A sphere as long as the half axes in radius.
-    Sphere,
-}
-
-impl LightShape {
-    /// The shape's name, as scene files and headers spell it.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Point => "point",
-            Self::Rectangle => "rectangle",
-            Self::Disk => "disk",
-            Self::Sphere => "sphere",
-        }
-    }
-}
-
-/// The light at a shadow camera's place, as a map keeps it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LightExtent {
-    /// The outline.
-    pub shape: LightShape,
-    /// Full width and height in scene units, along the camera's right and up
-    /// axes: of a disk or a sphere the diameter, of a point 0.
-    pub size: [f32; 2],
-}
 
 /// An area light in the world: a centre and two half axes.
 ///
@@ -101,7 +54,7 @@ impl AreaLight {
         Self { shape: LightShape::Sphere, centre, right, up }
     }
 
-    /// The outline.
+    /// The shape.
     #[must_use]
     pub const fn shape(&self) -> LightShape {
         self.shape
@@ -119,11 +72,11 @@ impl AreaLight {
         [self.right, self.up]
     }
 
-    /// Its outline and size.
+    /// Its shape and size, rounded to `f32`, as a map's header keeps them.
     #[must_use]
     pub fn extent(&self) -> LightExtent {
-        let size = [self.right, self.up].map(|axis| (2.0 * axis.length()) as f32);
-        LightExtent { shape: self.shape, size }
+        let size = [self.right, self.up].map(|axis| f64::from((2.0 * axis.length()) as f32));
+        LightExtent::of_shape(self.shape, size)
     }
 
     /// The point of the light at (`u`, `v`) in [0, 1]², as `receiver` sees it:

@@ -9,7 +9,7 @@ use divan::counter::BytesCount;
 use dsm_core::detail::PixelLists;
 use dsm_core::{DeepMap, MapInfo, PixelListsBuilder, Rgb, Transmittance, Vertex};
 use dsm_io::detail::{EncodedTile, TileId};
-use dsm_io::{AchievedError, Block, Codec, Limits, MapReader, Metadata, WriteOptions, write_map};
+use dsm_io::{AchievedError, Codec, Limits, MapReader, Metadata, Packing, WriteOptions, write_map};
 
 fn main() {
     divan::main();
@@ -42,47 +42,47 @@ fn pixels<T: Transmittance>() -> PixelLists<T> {
     lists.finish().unwrap()
 }
 
-fn encode<T: Transmittance>(bencher: Bencher<'_, '_>, block: Block) {
+fn encode<T: Transmittance>(bencher: Bencher<'_, '_>, packing: Packing) {
     let pixels = pixels::<T>();
-    let raw = EncodedTile::encode(pixels.view(), Codec::Exact, block).unwrap().raw_length;
+    let raw = EncodedTile::encode(pixels.view(), Codec::Exact, packing).unwrap().raw_length;
     bencher
         .counter(BytesCount::new(raw))
-        .bench_local(|| EncodedTile::encode(pixels.view(), Codec::Exact, block).unwrap());
+        .bench_local(|| EncodedTile::encode(pixels.view(), Codec::Exact, packing).unwrap());
 }
 
-fn decode<T: Transmittance>(bencher: Bencher<'_, '_>, block: Block) {
+fn decode<T: Transmittance>(bencher: Bencher<'_, '_>, packing: Packing) {
     let pixels = pixels::<T>();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tile.dsm");
     let metadata = Metadata::new(SIZE, SIZE, T::CHANNELS as u8, MapInfo::default());
     let map = DeepMap::new(metadata.info, pixels);
-    let options = WriteOptions::default().with_tile_size(SIZE).with_block(block);
+    let options = WriteOptions::default().with_tile_size(SIZE).with_packing(packing);
     write_map(&path, metadata, &map, AchievedError::NONE, options).unwrap();
     let reader = MapReader::open(&path, &Limits::default()).unwrap();
     let entry = *reader.directory(0).unwrap().get(0, 0).unwrap();
-    assert_eq!(entry.block, u8::from(block == Block::Zstd), "the tile is packed as asked");
+    assert_eq!(entry.block, u8::from(packing == Packing::Zstd), "the tile is packed as asked");
     assert_eq!(&reader.read_map::<T>(0).unwrap(), &map, "the tile reads as it was written");
     bencher
         .counter(BytesCount::new(entry.raw_length))
         .bench_local(|| reader.tile::<T>(TileId::default()).unwrap().view().vertex_count());
 }
 
-#[divan::bench(args = [Block::Plain, Block::Zstd])]
-fn encode_mono(bencher: Bencher<'_, '_>, block: Block) {
-    encode::<f32>(bencher, block);
+#[divan::bench(args = [Packing::Plain, Packing::Zstd])]
+fn encode_mono(bencher: Bencher<'_, '_>, packing: Packing) {
+    encode::<f32>(bencher, packing);
 }
 
-#[divan::bench(args = [Block::Plain, Block::Zstd])]
-fn encode_rgb(bencher: Bencher<'_, '_>, block: Block) {
-    encode::<Rgb>(bencher, block);
+#[divan::bench(args = [Packing::Plain, Packing::Zstd])]
+fn encode_rgb(bencher: Bencher<'_, '_>, packing: Packing) {
+    encode::<Rgb>(bencher, packing);
 }
 
-#[divan::bench(args = [Block::Plain, Block::Zstd])]
-fn decode_mono(bencher: Bencher<'_, '_>, block: Block) {
-    decode::<f32>(bencher, block);
+#[divan::bench(args = [Packing::Plain, Packing::Zstd])]
+fn decode_mono(bencher: Bencher<'_, '_>, packing: Packing) {
+    decode::<f32>(bencher, packing);
 }
 
-#[divan::bench(args = [Block::Plain, Block::Zstd])]
-fn decode_rgb(bencher: Bencher<'_, '_>, block: Block) {
-    decode::<Rgb>(bencher, block);
+#[divan::bench(args = [Packing::Plain, Packing::Zstd])]
+fn decode_rgb(bencher: Bencher<'_, '_>, packing: Packing) {
+    decode::<Rgb>(bencher, packing);
 }

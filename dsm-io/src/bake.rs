@@ -10,7 +10,7 @@ use dsm_core::detail::{
 use dsm_core::{BakeSettings, Baker, HitSource, Progress, Tolerance, Transmittance, Vertex};
 
 use crate::achieved_error::AchievedError;
-use crate::codec::{Block, Codec};
+use crate::codec::{Codec, Packing};
 use crate::crop::Crop;
 use crate::error::{Error, Result};
 use crate::format::encoded_tile::EncodedTile;
@@ -38,22 +38,22 @@ pub struct BakeOptions {
     /// The encoding of a tile's columns. Default exact.
     pub codec: Codec,
     /// The packing of the encoded columns. Default zstd.
-    pub block: Block,
+    pub packing: Packing,
     /// The mip levels to bake as well. Default none.
     pub pyramid: Option<PyramidOptions>,
 }
 
 impl Default for BakeOptions {
     fn default() -> Self {
-        Self { codec: Codec::Exact, block: Block::Zstd, pyramid: None }
+        Self { codec: Codec::Exact, packing: Packing::Zstd, pyramid: None }
     }
 }
 
 impl BakeOptions {
     /// Sets the packing of tiles.
     #[must_use]
-    pub const fn with_block(self, block: Block) -> Self {
-        Self { block, ..self }
+    pub const fn with_packing(self, packing: Packing) -> Self {
+        Self { packing, ..self }
     }
 
     /// Sets the encoding of tiles.
@@ -153,7 +153,7 @@ where
     let mut metadata = Metadata::new(width, height, T::CHANNELS as u8, info);
     describe(&mut metadata);
     let mut write =
-        WriteOptions::default().with_tile_size(settings.tile_size).with_block(options.block);
+        WriteOptions::default().with_tile_size(settings.tile_size).with_packing(options.packing);
     write.codec = options.codec;
     let mut writer = match settings.crop {
         None => MapWriter::create(output, metadata, write)?,
@@ -220,7 +220,7 @@ fn encode<T: Transmittance>(
     tile: &BakedTile<T>,
     options: &BakeOptions,
 ) -> Result<(EncodedTile, AchievedError)> {
-    let mut encoded = EncodedTile::encode(tile.pixels().view(), options.codec, options.block)?;
+    let mut encoded = EncodedTile::encode(tile.pixels().view(), options.codec, options.packing)?;
     if encoded.codec == Codec::Quantized.tag() {
         encoded.depth_error = tile.depth_error();
     }

@@ -45,7 +45,7 @@ pub use deep_exr;
 pub use achieved_error::AchievedError;
 pub use any_deep_map::AnyDeepMap;
 pub use attribute::Attribute;
-pub use codec::{Block, Codec};
+pub use codec::{Codec, Packing};
 pub use convert::export::{ExportReport, export_deep_exr};
 pub use convert::tiles::{ConvertOptions, convert};
 pub use convert::{export_options::ExportOptions, report::ImportReport, source::MapSource};

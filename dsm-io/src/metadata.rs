@@ -91,7 +91,7 @@ impl Metadata {
             return refuse("the camera's matrices must be finite");
         }
         if let Some(light) = self.info.light
-            && !light.size.iter().all(|size| size.is_finite() && *size >= 0.0)
+            && !light.size().iter().all(|size| size.is_finite() && *size >= 0.0)
         {
             return refuse("the light's size must be finite and at least 0");
         }

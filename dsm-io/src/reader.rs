@@ -4,7 +4,7 @@ use dsm_core::detail::PixelLists;
 use dsm_core::{DeepMap, Transmittance};
 
 use crate::any_deep_map::AnyDeepMap;
-use crate::codec::Block;
+use crate::codec::Packing;
 use crate::codec::stored_tile::StoredTile;
 use crate::columns::Columns;
 use crate::error::Result;
@@ -54,10 +54,10 @@ impl KindReader<Deep> {
     /// # Errors
     ///
     /// As [`Self::directory`].
-    pub(crate) fn block(&self) -> Result<Option<Block>> {
+    pub(crate) fn packing(&self) -> Result<Option<Packing>> {
         let stored = self.directory(0)?.iter().filter(|(_, entry)| !entry.is_empty());
         // Plain is the lowest number.
-        Ok(stored.map(|(_, entry)| entry.block).max().and_then(Block::from_tag))
+        Ok(stored.map(|(_, entry)| entry.block).max().and_then(Packing::from_tag))
     }
 
     /// Reads a whole level into memory. Holds the level and one row of tiles.

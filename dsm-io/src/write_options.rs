@@ -1,6 +1,6 @@
 //! Options of writing maps.
 
-use crate::codec::{Block, Codec};
+use crate::codec::{Codec, Packing};
 
 /// Storage of a map: tile size, codec and packing.
 ///
@@ -18,12 +18,12 @@ pub struct WriteOptions {
     /// The encoding of a tile's columns. Default exact.
     pub codec: Codec,
     /// The packing of the encoded columns. Default plain.
-    pub block: Block,
+    pub packing: Packing,
 }
 
 impl Default for WriteOptions {
     fn default() -> Self {
-        Self { tile_size: 64, codec: Codec::Exact, block: Block::Plain }
+        Self { tile_size: 64, codec: Codec::Exact, packing: Packing::Plain }
     }
 }
 
@@ -42,7 +42,7 @@ impl WriteOptions {
 
     /// Sets the packing of tiles.
     #[must_use]
-    pub const fn with_block(self, block: Block) -> Self {
-        Self { block, ..self }
+    pub const fn with_packing(self, packing: Packing) -> Self {
+        Self { packing, ..self }
     }
 }

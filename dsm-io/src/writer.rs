@@ -6,7 +6,7 @@ use dsm_core::detail::PixelListsView;
 use dsm_core::{DeepMap, Transmittance};
 
 use crate::achieved_error::AchievedError;
-use crate::codec::{Block, Codec};
+use crate::codec::{Codec, Packing};
 use crate::columns::Columns;
 use crate::crop::Crop;
 use crate::error::{Error, Result};
@@ -160,9 +160,9 @@ impl MapWriter {
     }
 
     /// How the map's tiles are encoded and packed.
-    pub(crate) const fn encoding(&self) -> (Codec, Block) {
+    pub(crate) const fn encoding(&self) -> (Codec, Packing) {
         let options = self.file.options();
-        (options.codec, options.block)
+        (options.codec, options.packing)
     }
 
     /// Encodes and writes a tile; see [`Self::write_encoded`].
@@ -179,8 +179,8 @@ impl MapWriter {
         error: AchievedError,
     ) -> Result<()> {
         self.file.check_tile::<T>(id, [pixels.width(), pixels.height()])?;
-        let (codec, block) = self.encoding();
-        self.write_encoded(id, &EncodedTile::encode(pixels, codec, block)?, error)
+        let (codec, packing) = self.encoding();
+        self.write_encoded(id, &EncodedTile::encode(pixels, codec, packing)?, error)
     }
 
     /// Writes a tile that was encoded before, by any thread. Tiles come in

@@ -19,7 +19,7 @@ use dsm_core::{
 use dsm_io::detail::{
     Container, Level, LookupCursor, MapWriter, Memory, Source, TileCache, TileId,
 };
-use dsm_io::{AchievedError, Block, Error, Limits, MapReader, Metadata, WriteOptions, write_map};
+use dsm_io::{AchievedError, Error, Limits, MapReader, Metadata, Packing, WriteOptions, write_map};
 
 const SIZE: [u32; 2] = [150, 100];
 const TILE: u32 = 9;
@@ -57,18 +57,18 @@ fn map<T: Transmittance>(seed: u64) -> DeepMap<T> {
     DeepMap::new(MapInfo::default(), pixels.finish().unwrap())
 }
 
-fn write<T: Transmittance>(path: &Path, map: &DeepMap<T>, block: Block) {
+fn write<T: Transmittance>(path: &Path, map: &DeepMap<T>, packing: Packing) {
     let metadata = Metadata::new(SIZE[0], SIZE[1], T::CHANNELS as u8, *map.info());
-    let options = WriteOptions::default().with_tile_size(TILE).with_block(block);
+    let options = WriteOptions::default().with_tile_size(TILE).with_packing(packing);
     write_map(path, metadata, map, AchievedError::NONE, options).unwrap();
 }
 
 /// A map, and a reader of it.
-fn written<T: Transmittance>(seed: u64, block: Block) -> (DeepMap<T>, MapReader) {
+fn written<T: Transmittance>(seed: u64, packing: Packing) -> (DeepMap<T>, MapReader) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.dsm");
     let map = map(seed);
-    write(&path, &map, block);
+    write(&path, &map, packing);
     (map, MapReader::open_in_memory(&path, &Limits::default()).unwrap())
 }
 
@@ -160,8 +160,8 @@ where
     field.1.get()
 }
 
-fn agrees_under_threads<T: Transmittance>(block: Block, lookups: u32) {
-    let (map, reader) = written::<T>(1, block);
+fn agrees_under_threads<T: Transmittance>(packing: Packing, lookups: u32) {
+    let (map, reader) = written::<T>(1, packing);
     let largest = (0..SIZE[0].div_ceil(TILE))
         .flat_map(|x| (0..SIZE[1].div_ceil(TILE)).map(move |y| TileId::new(0, x, y)))
         .map(|id| reader.directory(0).unwrap().get(id.x, id.y).unwrap().raw_length)
@@ -188,17 +188,17 @@ fn agrees_under_threads<T: Transmittance>(block: Block, lookups: u32) {
 
 #[test]
 fn a_million_lookups_by_eight_threads_equal_the_map_in_memory() {
-    agrees_under_threads::<f32>(Block::Plain, 125_000);
+    agrees_under_threads::<f32>(Packing::Plain, 125_000);
 }
 
 #[test]
 fn colours_and_packed_tiles_equal_the_map_in_memory() {
-    agrees_under_threads::<Rgb>(Block::Zstd, 5_000);
+    agrees_under_threads::<Rgb>(Packing::Zstd, 5_000);
 }
 
 #[test]
 fn a_tile_that_stays_is_loaded_once() {
-    let (map, reader) = written::<f32>(2, Block::Zstd);
+    let (map, reader) = written::<f32>(2, Packing::Zstd);
     let count = tiles_with_pixels(&reader);
     assert_eq!(count, u64::from(SIZE[0].div_ceil(TILE) * SIZE[1].div_ceil(TILE)) - 6);
     let cache = TileCache::new(u64::MAX);
@@ -223,7 +223,7 @@ fn a_tile_that_stays_is_loaded_once() {
 
 #[test]
 fn empty_tiles_are_not_loaded() {
-    let (_, reader) = written::<f32>(3, Block::Plain);
+    let (_, reader) = written::<f32>(3, Packing::Plain);
     let cache = TileCache::new(1 << 20);
     let cached = cache.insert::<f32, _>(reader).unwrap();
     assert!(cached.tile(TileId::new(0, 2, 1)).unwrap().is_none());
@@ -234,7 +234,7 @@ fn empty_tiles_are_not_loaded() {
 
 #[test]
 fn tiles_over_the_budget_are_shared_by_cursors() {
-    let (map, reader) = written::<f32>(4, Block::Plain);
+    let (map, reader) = written::<f32>(4, Packing::Plain);
     let cache = TileCache::new(0);
     let cached = cache.insert::<f32, _>(reader).unwrap();
     let (pixel, [first, second]) = ([80, 50], [cached.cursor(), cached.cursor()]);
@@ -261,9 +261,9 @@ fn several_files_share_a_cache() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     let (key, rim, coloured) = (map::<f32>(5), map::<f32>(6), map::<Rgb>(7));
-    write(&path("key.dsm"), &key, Block::Plain);
-    write(&path("rim.dsm"), &rim, Block::Zstd);
-    write(&path("coloured.dsm"), &coloured, Block::Plain);
+    write(&path("key.dsm"), &key, Packing::Plain);
+    write(&path("rim.dsm"), &rim, Packing::Zstd);
+    write(&path("coloured.dsm"), &coloured, Packing::Plain);
     let (cache, limits) = (TileCache::new(u64::MAX), Limits::default());
     let open = |name: &str| cache.open::<f32>(path(name), &limits).unwrap();
     let (cached_key, cached_rim) = (open("key.dsm"), open("rim.dsm"));
@@ -311,7 +311,7 @@ fn a_damaged_tile_is_an_error_until_it_can_be_read() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.dsm");
     let map = map::<f32>(8);
-    write(&path, &map, Block::Plain);
+    write(&path, &map, Packing::Plain);
     let whole = std::fs::read(&path).unwrap();
     let reader = MapReader::from_bytes(whole.clone(), &Limits::default()).unwrap();
     let id = TileId::new(0, 5, 5);
@@ -353,7 +353,7 @@ fn a_damaged_tile_is_an_error_until_it_can_be_read() {
 
 #[test]
 fn what_is_not_there_is_an_error() {
-    let (_, reader) = written::<f32>(9, Block::Plain);
+    let (_, reader) = written::<f32>(9, Packing::Plain);
     let cached = TileCache::new(1 << 20).insert::<f32, _>(reader).unwrap();
     assert!(matches!(cached.level_cursor(1), Err(Error::NoSuchLevel(1))));
     let error = cached.tile(TileId::new(0, 99, 0)).unwrap_err();
@@ -493,7 +493,7 @@ impl BlockVisitor<f32> for Diagonal<'_> {
 
 #[test]
 fn a_block_fetches_only_tiles_that_it_asks() {
-    let (map, reader) = written::<f32>(12, Block::Plain);
+    let (map, reader) = written::<f32>(12, Packing::Plain);
     let cache = TileCache::new(1 << 20);
     let cursor = cache.insert::<f32, _>(reader).unwrap().cursor();
     // Over 2 × 2 tiles, of which the diagonal meets 2; then within one of

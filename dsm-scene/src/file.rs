@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use dsm_core::{Projection, Rgb, View};
+use dsm_core::{LightExtent, Projection, Rgb, View};
 use glam::DVec3;
 use serde::Deserialize;
 
@@ -13,7 +13,7 @@ use crate::error::{Error, Place, Result};
 use crate::load::{extension, load_curves, load_mesh, load_shape, load_volume, read_file};
 use crate::scene::{Object, Scene, Shape};
 use crate::transform::{Motion, Transform};
-use crate::view::{Camera, Light, LightOutline};
+use crate::view::{Camera, Light};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -329,13 +329,13 @@ fn make_light(table: &LightTable) -> Result<Light> {
         }
     };
     let radius = table.radius.unwrap_or(0.5);
-    let outline = match table.shape {
-        ShapeName::Point => LightOutline::Point,
-        ShapeName::Rectangle => LightOutline::Rectangle { size: table.size.unwrap_or([1.0; 2]) },
-        ShapeName::Disk => LightOutline::Disk { radius },
-        ShapeName::Sphere => LightOutline::Sphere { radius },
+    let extent = match table.shape {
+        ShapeName::Point => LightExtent::POINT,
+        ShapeName::Rectangle => LightExtent::rectangle(table.size.unwrap_or([1.0; 2])),
+        ShapeName::Disk => LightExtent::disk(radius),
+        ShapeName::Sphere => LightExtent::sphere(radius),
     };
-    let light = Light { view, projection, outline };
+    let light = Light { view, projection, extent };
     light.area()?;
     light.raster([1, 1])?;
     Ok(light)

@@ -45,7 +45,7 @@ pub use raster::scene_rasterizer::SceneRasterizer;
 pub use scene::{Object, Scene, Shape};
 pub use trace::traced_scene::TracedScene;
 pub use transform::{Motion, Transform};
-pub use view::{Light, LightOutline};
+pub use view::Light;
 pub use volume::{Volume, VolumeBuilder};
 
 /// Parts that the other crates of this family stand on. They may change with any

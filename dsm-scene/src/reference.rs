@@ -88,7 +88,7 @@ impl<T: Transmittance> LightVisibility for SceneReference<T> {
 
     /// The mean over the light's samples, each at a time of its own.
     fn visibility(&self, receiver: DVec3, light: &AreaLight, seed: u64) -> Result<T, Infallible> {
-        let is_point = light.shape() == dsm_core::LightShape::Point;
+        let is_point = light.shape() == dsm_core::detail::LightShape::Point;
         let rays = if is_point && !self.scene.is_moving() { 1 } else { self.rays };
         let mut tracer = self.scene.tracer();
         let mut mean = LightMean::new();

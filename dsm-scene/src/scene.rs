@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use dsm_core::{Projection, Rgb, View};
+use dsm_core::{LightExtent, Projection, Rgb, View};
 use glam::{DAffine3, DVec3};
 
 use crate::bounds::Bounds;
@@ -10,7 +10,7 @@ use crate::curves::Curves;
 use crate::error::{Error, Place, Result};
 use crate::mesh::TriangleMesh;
 use crate::transform::Motion;
-use crate::view::{Camera, Light, LightOutline};
+use crate::view::{Camera, Light};
 use crate::volume::Volume;
 
 /// The geometry of an object, in its own space.
@@ -162,6 +162,7 @@ impl Object {
 /// # Ok::<(), dsm_scene::Error>(())
 /// ```
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Scene {
     /// The objects.
     pub objects: Vec<Object>,
@@ -192,11 +193,35 @@ impl Scene {
         let light = Light {
             view: from(DVec3::new(1.0, 2.0, 1.0)),
             projection: Projection::Perspective { fov: 45.0 },
-            outline: LightOutline::Point,
+            extent: LightExtent::POINT,
         };
         let view = from(DVec3::new(-1.0, 1.0, 2.0));
         let camera = Camera { view, fov: 45.0, resolution: [640, 360] };
         Self { objects, light, camera, shutter: [0.0, 1.0] }
+    }
+
+    /// Sets the objects.
+    #[must_use]
+    pub fn with_objects(self, objects: Vec<Object>) -> Self {
+        Self { objects, ..self }
+    }
+
+    /// Sets the light.
+    #[must_use]
+    pub fn with_light(self, light: Light) -> Self {
+        Self { light, ..self }
+    }
+
+    /// Sets the camera of `render`.
+    #[must_use]
+    pub fn with_camera(self, camera: Camera) -> Self {
+        Self { camera, ..self }
+    }
+
+    /// Sets the times when the shutter opens and closes.
+    #[must_use]
+    pub fn with_shutter(self, shutter: [f64; 2]) -> Self {
+        Self { shutter, ..self }
     }
 
     /// True if any opacity has a colour, so that a map of one channel would lose

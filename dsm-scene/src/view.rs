@@ -1,6 +1,6 @@
 //! Cameras and lights of a scene.
 
-use dsm_core::{AreaLight, Projection, View, ViewRaster};
+use dsm_core::{AreaLight, LightExtent, Projection, View, ViewRaster};
 
 use crate::error::{Error, Place, Result};
 
@@ -40,50 +40,21 @@ impl Camera {
     }
 }
 
-/// The outline of a light in a scene: its axes are those of its view.
-///
-/// ```
-/// use dsm_scene::{LightOutline, builtin_scene};
-///
-/// let light = builtin_scene("stained-glass")?.light.with_size([0.0, 0.0])?;
-/// assert_eq!(light.outline, LightOutline::Point);
-/// let wide = light.with_size([0.5, 0.25])?;
-/// assert_eq!(wide.outline, LightOutline::Rectangle { size: [0.5, 0.25] });
-/// # Ok::<(), dsm_scene::Error>(())
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum LightOutline {
-    /// A point.
-    Point,
-    /// A rectangle, by its full width and height in scene units.
-    Rectangle {
-        /// Along the view's right and up axes.
-        size: [f64; 2],
-    },
-    /// A disk that faces the target.
-    Disk {
-        /// Its radius in scene units.
-        radius: f64,
-    },
-    /// A sphere.
-    Sphere {
-        /// Its radius in scene units.
-        radius: f64,
-    },
-}
-
 /// A light, and the shadow camera at its centre.
 ///
 /// ```
-/// use dsm_core::{LightShape, Projection, View};
-/// use dsm_scene::{Light, LightOutline};
+/// use dsm_core::detail::LightShape;
+/// use dsm_core::{LightExtent, Projection, View};
+/// use dsm_scene::Light;
 /// use glam::DVec3;
 ///
 /// let view = View { eye: DVec3::Y * 5.0, target: DVec3::ZERO, up: DVec3::Z };
 /// let projection = Projection::Perspective { fov: 45.0 };
-/// let light = Light { view, projection, outline: LightOutline::Disk { radius: 0.5 } };
+/// let light = Light { view, projection, extent: LightExtent::disk(0.5) };
 /// assert_eq!(light.area()?.shape(), LightShape::Disk);
 /// assert_eq!(light.raster([512, 512])?.eye(), DVec3::Y * 5.0);
+/// let wide = light.with_size([2.0, 2.0])?;
+/// assert_eq!(wide.extent, LightExtent::disk(1.0));
 /// # Ok::<(), dsm_scene::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,8 +63,8 @@ pub struct Light {
     pub view: View,
     /// Angle or extent of the map's wider side.
     pub projection: Projection,
-    /// The light's outline.
-    pub outline: LightOutline,
+    /// The light's shape and size, along the right and up axes of the view.
+    pub extent: LightExtent,
 }
 
 impl Light {
@@ -106,20 +77,11 @@ impl Light {
     /// [`Error::Malformed`] for a disk or sphere that is wider than high or
     /// higher than wide; [`Self::area`] refuses other sizes.
     pub fn with_size(self, size: [f64; 2]) -> Result<Self> {
-        let [width, height] = size;
-        let outline = match self.outline {
-            _ if size == [0.0; 2] => LightOutline::Point,
-            LightOutline::Point | LightOutline::Rectangle { .. } => {
-                LightOutline::Rectangle { size }
-            }
-            _ if width != height => {
-                let reason = "a disk or a sphere must be as high as wide";
-                return Err(Error::malformed(Place::Named("light size".into()), reason));
-            }
-            LightOutline::Disk { .. } => LightOutline::Disk { radius: width / 2.0 },
-            LightOutline::Sphere { .. } => LightOutline::Sphere { radius: width / 2.0 },
+        let Some(extent) = self.extent.with_size(size) else {
+            let reason = "a disk or a sphere must be as high as wide";
+            return Err(Error::malformed(Place::Named("light size".into()), reason));
         };
-        Ok(Self { outline, ..self })
+        Ok(Self { extent, ..self })
     }
 
     /// The shadow camera's raster of `resolution` pixels, which are square.
@@ -140,27 +102,11 @@ impl Light {
     /// negative or not finite.
     pub fn area(&self) -> Result<AreaLight> {
         let basis = self.view.basis()?;
-        let centre = self.view.eye;
-        let sound = |size: f64| {
-            if (0.0..=1e18).contains(&size) {
-                Ok(size)
-            } else {
-                let reason = "a light's size must lie between 0 and 1e18";
-                Err(Error::malformed(Place::Named("light".into()), reason))
-            }
-        };
-        Ok(match self.outline {
-            LightOutline::Point => AreaLight::point(centre),
-            LightOutline::Rectangle { size: [width, height] } => {
-                let (right, up) = (sound(width)? / 2.0, sound(height)? / 2.0);
-                AreaLight::rectangle(centre, basis.x_axis * right, basis.y_axis * up)
-            }
-            LightOutline::Disk { radius } => {
-                let radius = sound(radius)?;
-                AreaLight::disk(centre, basis.x_axis * radius, basis.y_axis * radius)
-            }
-            LightOutline::Sphere { radius } => AreaLight::sphere(centre, sound(radius)?),
-        })
+        if !self.extent.size().iter().all(|size| (0.0..=1e18).contains(size)) {
+            let reason = "a light's size must lie between 0 and 1e18";
+            return Err(Error::malformed(Place::Named("light".into()), reason));
+        }
+        Ok(self.extent.placed(self.view.eye, [basis.x_axis, basis.y_axis]))
     }
 }
 
@@ -171,7 +117,7 @@ mod tests {
 
     fn light(projection: Projection, up: DVec3) -> Light {
         let view = View { eye: DVec3::new(1.0, 5.0, 2.0), target: DVec3::new(0.5, 1.0, 0.0), up };
-        Light { view, projection, outline: LightOutline::Rectangle { size: [2.0, 1.0] } }
+        Light { view, projection, extent: LightExtent::rectangle([2.0, 1.0]) }
     }
 
     #[test]
@@ -225,13 +171,13 @@ mod tests {
     #[test]
     fn lights_take_another_size() {
         let plain = light(Projection::Perspective { fov: 40.0 }, DVec3::Y);
-        let outline = |outline, size| Light { outline, ..plain }.with_size(size).map(|l| l.outline);
-        let disk = LightOutline::Disk { radius: 3.0 };
-        assert_eq!(outline(disk, [1.0; 2]).unwrap(), LightOutline::Disk { radius: 0.5 });
-        assert_eq!(outline(disk, [0.0; 2]).unwrap(), LightOutline::Point);
-        assert!(outline(disk, [1.0, 2.0]).is_err());
+        let extent = |extent, size| Light { extent, ..plain }.with_size(size).map(|l| l.extent);
+        let disk = LightExtent::disk(3.0);
+        assert_eq!(extent(disk, [1.0; 2]).unwrap(), LightExtent::disk(0.5));
+        assert_eq!(extent(disk, [0.0; 2]).unwrap(), LightExtent::POINT);
+        assert!(extent(disk, [1.0, 2.0]).is_err());
         let size = [1.0, 2.0];
-        assert_eq!(outline(LightOutline::Point, size).unwrap(), LightOutline::Rectangle { size });
+        assert_eq!(extent(LightExtent::POINT, size).unwrap(), LightExtent::rectangle(size));
         assert!(plain.with_size([1.0, f64::NAN]).unwrap().area().is_err());
     }
 
@@ -251,7 +197,7 @@ mod tests {
             assert!(Light { projection, ..plain }.raster([8, 8]).is_err());
         }
         assert!(plain.raster([0, 8]).is_err());
-        let outline = LightOutline::Disk { radius: -1.0 };
-        assert!(Light { outline, ..plain }.area().is_err());
+        let extent = LightExtent::disk(-1.0);
+        assert!(Light { extent, ..plain }.area().is_err());
     }
 }

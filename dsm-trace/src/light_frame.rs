@@ -1,7 +1,7 @@
 //! The space in which shadow rays of an area light are straight.
 
-use dsm_core::detail::{LightExtent, Result};
-use dsm_core::{AreaLight, Error, LightShape, ShadowCamera};
+use dsm_core::detail::{LightShape, Result};
+use dsm_core::{AreaLight, Error, LightExtent, ShadowCamera};
 use glam::{DAffine3, DMat2, DMat3, DVec2, DVec3, DVec4};
 
 use super::shadow_ray::ShadowRay;
@@ -100,19 +100,19 @@ impl LightFrame {
     /// depth 1: the tangents of half its angles.
     ///
     /// ```
-    /// use dsm_core::LightShape;
-    /// use dsm_core::detail::LightExtent;
+    /// use dsm_core::LightExtent;
     ///
-    /// let light = LightExtent { shape: LightShape::Rectangle, size: [1.0, 0.5] };
+    /// let light = LightExtent::rectangle([1.0, 0.5]);
     /// assert_eq!(dsm_trace::detail::LightFrame::push_back(light, [0.5, 0.125]), 2.0);
     /// ```
     #[must_use]
     pub fn push_back(light: LightExtent, half_size: [f64; 2]) -> f64 {
-        let radii = match light.shape {
+        let size = light.size();
+        let radii = match light.shape() {
             LightShape::Point => [0.0; 2],
             // A receiver beside a sphere sees its full radius either way.
-            LightShape::Sphere => [f64::from(light.size[0].max(light.size[1])) / 2.0; 2],
-            _ => light.size.map(|size| f64::from(size) / 2.0),
+            LightShape::Sphere => [size[0].max(size[1]) / 2.0; 2],
+            _ => size.map(|size| size / 2.0),
         };
         let distance = |axis: usize| {
             if radii[axis] > 0.0 { radii[axis] / half_size[axis] } else { 0.0 }
@@ -148,15 +148,7 @@ impl LightFrame {
     /// camera's axes: what a map's header tells of it.
     #[must_use]
     pub fn area_light(&self, extent: LightExtent) -> AreaLight {
-        let centre = self.light_centre();
-        let [right, up] = extent.size.map(|size| f64::from(size) / 2.0);
-        let [right_axis, up_axis] = [self.basis().x_axis, self.basis().y_axis];
-        match extent.shape {
-            LightShape::Rectangle => AreaLight::rectangle(centre, right_axis * right, up_axis * up),
-            LightShape::Disk => AreaLight::disk(centre, right_axis * right, up_axis * up),
-            LightShape::Sphere => AreaLight::sphere(centre, right),
-            _ => AreaLight::point(centre),
-        }
+        extent.placed(self.light_centre(), [self.basis().x_axis, self.basis().y_axis])
     }
 
     /// A point of the world in camera space, with its depth for z: positive in
@@ -413,19 +405,20 @@ mod tests {
     #[test]
     fn the_header_gives_the_light_back() {
         let frame = LightFrame::new(&camera(), [60, 40], 0.5).unwrap();
-        for shape in [LightShape::Point, LightShape::Rectangle, LightShape::Disk] {
-            let size = if shape == LightShape::Point { [0.0; 2] } else { [1.5, 0.5] };
-            let light = frame.area_light(LightExtent { shape, size });
-            assert_eq!(light.shape(), shape);
-            for (have, want) in light.extent().size.into_iter().zip(size) {
+        for extent in
+            [LightExtent::POINT, LightExtent::rectangle([1.5, 0.5]), LightExtent::disk(0.75)]
+        {
+            let light = frame.area_light(extent);
+            assert_eq!(light.shape(), extent.shape());
+            for (have, want) in light.extent().size().into_iter().zip(extent.size()) {
                 assert!((have - want).abs() < 1e-6);
             }
             assert!((light.centre() - frame.light_centre()).length() < 1e-12);
         }
-        let sphere = LightExtent { shape: LightShape::Sphere, size: [2.0, 2.0] };
-        assert!((frame.area_light(sphere).extent().size[0] - 2.0).abs() < 1e-6);
+        let sphere = LightExtent::sphere(1.0);
+        assert!((frame.area_light(sphere).extent().size()[0] - 2.0).abs() < 1e-6);
         assert_eq!(LightFrame::push_back(sphere, [0.5, 1.0]), 2.0);
-        let point = LightExtent { shape: LightShape::Point, size: [0.0; 2] };
+        let point = LightExtent::POINT;
         assert_eq!(LightFrame::push_back(point, [0.5, 1.0]), 0.0);
     }
 }

@@ -12,7 +12,7 @@ use dsm_core::detail::PixelLists;
 use dsm_core::{MapInfo, PixelListsBuilder, Progress, Tolerance, Vertex};
 use dsm_io::detail::{MapWriter, TileId};
 use dsm_io::{
-    AchievedError, Block, ConvertOptions, Limits, MapReader, MapSource, Metadata, PyramidOptions,
+    AchievedError, ConvertOptions, Limits, MapReader, MapSource, Metadata, Packing, PyramidOptions,
     WriteOptions, convert, mip,
 };
 
@@ -60,8 +60,8 @@ fn tile(x: u32, y: u32) -> PixelLists<f32> {
 }
 
 fn write(path: &Path) -> u64 {
-    let info = MapInfo { tolerance: Tolerance::new(0.02).unwrap(), ..MapInfo::default() };
-    let options = WriteOptions::default().with_tile_size(TILE).with_block(Block::Zstd);
+    let info = MapInfo::new().with_tolerance(Tolerance::new(0.02).unwrap());
+    let options = WriteOptions::default().with_tile_size(TILE).with_packing(Packing::Zstd);
     let metadata = Metadata::new(SIZE, SIZE, 1, info);
     let mut writer = MapWriter::create(path, metadata, options).unwrap();
     let tiles = SIZE / TILE;
@@ -136,7 +136,7 @@ fn a_huge_empty_map_takes_little_memory_and_time() {
     let copy = folder.path().join("copy.dsm");
     let options = ConvertOptions::default();
     let options = ConvertOptions {
-        write: options.write.with_tile_size(256).with_block(Block::Zstd),
+        write: options.write.with_tile_size(256).with_packing(Packing::Zstd),
         ..options
     };
     let mut source = MapSource::open(&path, None, &Limits::default()).unwrap();

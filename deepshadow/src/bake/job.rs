@@ -2,8 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use dsm_core::detail::LightExtent;
-use dsm_core::{Progress, Rgb, Tolerance, Transmittance, ViewRaster};
+use dsm_core::{LightExtent, Progress, Rgb, Tolerance, Transmittance, ViewRaster};
 use dsm_io::Metadata;
 use dsm_scene::Light;
 

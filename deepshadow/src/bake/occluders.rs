@@ -95,8 +95,8 @@ where
 /// each.
 ///
 /// ```
-/// use deepshadow::visibility::{Projection, View, ViewRaster};
-/// use deepshadow::scene::{Light, LightOutline};
+/// use deepshadow::visibility::{LightExtent, Projection, View, ViewRaster};
+/// use deepshadow::scene::Light;
 /// use deepshadow::glam::DVec3;
 /// use deepshadow::{Bake, ThroughView, bake};
 /// use dsm_core::{Error, RayHits, RaySource, SamplePoint, SurfaceHit};
@@ -118,7 +118,7 @@ where
 /// });
 /// let view = View { eye: DVec3::Y * 4.0, target: DVec3::ZERO, up: DVec3::Z };
 /// let projection = Projection::Perspective { fov: 45.0 };
-/// let light = Light { view, projection, outline: LightOutline::Point };
+/// let light = Light { view, projection, extent: LightExtent::POINT };
 ///
 /// let folder = tempfile::tempdir()?;
 /// let path = folder.path().join("sphere.dsm");

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use dsm_core::{Filter, FilterShape, Tolerance};
-use dsm_io::{Attribute, Block, Codec, PyramidOptions};
+use dsm_io::{Attribute, Codec, Packing, PyramidOptions};
 
 use crate::error::Result;
 use crate::kind::Kind;
@@ -70,7 +70,7 @@ pub struct Bake {
     /// The encoding of tiles.
     pub codec: Codec,
     /// The packing of tiles.
-    pub block: Block,
+    pub packing: Packing,
     /// Width and height of a tile in pixels.
     pub tile_size: u32,
     /// Mip levels that are baked as well.
@@ -104,7 +104,7 @@ impl Bake {
             coverage: None,
             channels: Channels::Auto,
             codec: Codec::Exact,
-            block: Block::Zstd,
+            packing: Packing::Zstd,
             tile_size: 64,
             pyramid: None,
             crop: None,

@@ -97,7 +97,7 @@ fn bake<T: Transmittance>(
     }
     let options = BakeOptions::default()
         .with_codec(asked.codec)
-        .with_block(asked.block)
+        .with_packing(asked.packing)
         .with_pyramid(asked.pyramid);
     let tolerance = settings.tolerance();
     let baker = Baker::<T, _>::new(source, settings)?;

@@ -73,7 +73,8 @@ fn bake<T: Transmittance>(
         builder = builder.with_layers(layers)?;
     }
     let describe = |metadata: &mut _| job.describe(metadata);
-    let options = WriteOptions::default().with_tile_size(asked.tile_size).with_block(asked.block);
+    let options =
+        WriteOptions::default().with_tile_size(asked.tile_size).with_packing(asked.packing);
     let baked =
         bake_fragments::<T, _>(&builder, &source, output, options, describe, |at| job.watch(at))?;
     Ok(job.report::<T>(coverage * coverage, Tolerance::EXACT, baked))

@@ -2,9 +2,8 @@
 
 use std::sync::Arc;
 
-use dsm_core::detail::LightExtent;
 use dsm_core::{
-    AreaLight, BakeSettings, LightShape, PixelSampling, Tolerance, Transmittance, ViewRaster,
+    AreaLight, BakeSettings, LightExtent, PixelSampling, Tolerance, Transmittance, ViewRaster,
 };
 use dsm_io::Codec;
 use dsm_io::detail::{CachedMap, FieldKind, KindReader, MapKind};
@@ -133,13 +132,7 @@ pub(super) fn light<K: MapKind>(
         let reason = "the map does not say what its light is: --light-size does";
         return known.map(|extent| frame.area_light(extent)).ok_or(Error::query(map, reason));
     };
-    let shape = match known.map(|light| light.shape) {
-        _ if size == [0.0; 2] => LightShape::Point,
-        None | Some(LightShape::Point) => LightShape::Rectangle,
-        Some(shape) => shape,
-    };
-    if matches!(shape, LightShape::Disk | LightShape::Sphere) && size[0] != size[1] {
-        return Err(Error::query(map, "--light-size: a disk or a sphere is as high as wide"));
-    }
-    Ok(frame.area_light(LightExtent { shape, size }))
+    let extent = known.unwrap_or(LightExtent::POINT).with_size(size.map(f64::from));
+    let reason = "--light-size: a disk or a sphere is as high as wide";
+    extent.map(|extent| frame.area_light(extent)).ok_or_else(|| Error::query(map, reason))
 }

@@ -71,7 +71,7 @@ fn bake<T: Transmittance>(
     let settings = layered::settings(job, view, light_depth, 0.0)?;
     let baker = MultilayerBaker::<T, _>::new(source, settings)?;
     let describe = |metadata: &mut _| job.describe(metadata);
-    let baked = bake_layers(&baker, output, job.settings.block, describe, |at| job.watch(at))?;
+    let baked = bake_layers(&baker, output, job.settings.packing, describe, |at| job.watch(at))?;
     Ok(job.report::<T>(1, Tolerance::EXACT, baked))
 }
 

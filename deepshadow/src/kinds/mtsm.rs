@@ -57,7 +57,7 @@ fn bake<T: Transmittance>(
     let (samples, tolerance) = (settings.bake.sampling.samples_per_pixel(), settings.tolerance());
     let baker = MultilayerBaker::<T, _>::new(source, settings)?;
     let describe = |metadata: &mut _| job.describe(metadata);
-    let baked = bake_mtsm(&baker, output, job.settings.block, describe, |at| job.watch(at))?;
+    let baked = bake_mtsm(&baker, output, job.settings.packing, describe, |at| job.watch(at))?;
     Ok(job.report::<T>(samples, tolerance, baked))
 }
 

@@ -73,13 +73,13 @@ pub fn plain_shadow(
 ) -> Result<Shadow> {
     let PlainShadow { resolution, samples, taps, width, bias } = *settings;
     let view = light.raster(resolution)?;
-    let camera = Some(view.shadow_camera());
+    let camera = view.shadow_camera();
     let mut sampled = DepthMapSettings::new(resolution, samples)?;
-    sampled.camera = camera;
+    sampled.camera = Some(camera);
     let source = occluders.mono(&view)?;
     let map =
         DepthMap::sample(&source, &sampled).map_err(|error| Error::Occluders(Box::new(error)))?;
-    let info = MapInfo { camera, ..MapInfo::default() };
+    let info = MapInfo::new().with_camera(camera);
     let lookup = ShadowLookup::new(&info, resolution)?.with_bias(bias);
     let filter = PercentageCloserFilter::new(map, taps)?.with_width(width)?;
     let shadow = Plain(PercentageCloserShadow::new(filter, lookup));

@@ -23,7 +23,7 @@ use crate::error::{Error, Result};
 ///     DVec4::W,
 /// );
 /// let camera = ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(ndc) };
-/// let info = MapInfo { camera: Some(camera), ..MapInfo::default() };
+/// let info = MapInfo::new().with_camera(camera);
 /// let projection = MapProjection::new(&info, [64, 64])?;
 /// let raster = projection.project(DVec3::new(-1.0, 1.0, -3.0));
 /// assert_eq!(raster, Some(DVec3::new(0.0, 0.0, 3.0)));
@@ -136,7 +136,7 @@ mod tests {
         );
         let camera =
             ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(ndc) };
-        MapInfo { camera: Some(camera), ..MapInfo::default() }
+        MapInfo::new().with_camera(camera)
     }
 
     fn project(info: &MapInfo, world: [f64; 3]) -> Option<[f64; 3]> {
@@ -169,7 +169,7 @@ mod tests {
         let refused = |info: &MapInfo| MapProjection::new(info, [10, 20]).unwrap_err().to_string();
         assert!(refused(&MapInfo::default()).contains("has none"));
         let half = ShadowCamera { world_to_ndc: None, ..info().camera.unwrap() };
-        assert!(refused(&MapInfo { camera: Some(half), ..info() }).contains("NDC"));
+        assert!(refused(&info().with_camera(half)).contains("NDC"));
     }
 
     #[test]
@@ -188,7 +188,7 @@ mod tests {
         for ndc in [ndc, perspective] {
             let camera =
                 ShadowCamera { world_to_camera: Some(view), world_to_ndc: Some(ndc * view) };
-            let info = MapInfo { camera: Some(camera), ..MapInfo::default() };
+            let info = MapInfo::new().with_camera(camera);
             let projection = MapProjection::new(&info, [100, 80]).unwrap();
             let (point, normal) =
                 (DVec3::new(0.3, 0.4, -0.5), DVec3::new(0.3, 0.9, 0.1).normalize());

@@ -39,7 +39,7 @@ const SLACK: f64 = 0.25;
 ///
 /// let view = View { eye: DVec3::Y * 5.0, target: DVec3::ZERO, up: DVec3::X };
 /// let raster = view.raster(Projection::Perspective { fov: 90.0 }, [64, 64])?;
-/// let info = MapInfo { camera: Some(raster.shadow_camera()), ..MapInfo::default() };
+/// let info = MapInfo::new().with_camera(raster.shadow_camera());
 /// let lookup = ShadowLookup::new(&info, [64, 64])?.with_bias(Bias::Depth(0.01));
 /// let point = ShadedPoint { position: DVec3::ZERO, facing: Facing::Light, seed: 0 };
 /// let receiver = lookup.receiver(&point, 1).unwrap();
@@ -123,7 +123,7 @@ impl BiasSummary {
 ///
 /// let view = View { eye: DVec3::Y * 5.0, target: DVec3::ZERO, up: DVec3::X };
 /// let raster = view.raster(Projection::Perspective { fov: 90.0 }, [64, 64])?;
-/// let info = MapInfo { camera: Some(raster.shadow_camera()), ..MapInfo::default() };
+/// let info = MapInfo::new().with_camera(raster.shadow_camera());
 /// let lookup = ShadowLookup::new(&info, [64, 64])?;
 ///
 /// let point = ShadedPoint { position: DVec3::ZERO, facing: Facing::Light, seed: 0 };
@@ -295,7 +295,7 @@ impl ShadowLookup {
 ///     DVec4::NEG_Z,
 /// );
 /// let camera = ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(ndc) };
-/// let info = MapInfo { camera: Some(camera), ..MapInfo::default() };
+/// let info = MapInfo::new().with_camera(camera);
 /// let mut pixels = PixelListsBuilder::new(1, 1);
 /// pixels.push(Vertex::new(2.0, 1.0));
 /// pixels.push(Vertex::new(2.0, 0.25));
@@ -479,7 +479,7 @@ mod tests {
 
     #[test]
     fn strands_have_the_bias_of_their_slope() {
-        let info = MapInfo { camera: Some(camera(true)), ..MapInfo::default() };
+        let info = MapInfo::new().with_camera(camera(true));
         let lookup = ShadowLookup::new(&info, [SIZE; 2]).unwrap();
         let side = 4.0 / 16.0;
         let bias = |along: DVec3| {
@@ -503,7 +503,7 @@ mod tests {
 
     #[test]
     fn coarser_levels_have_larger_biases() {
-        let info = MapInfo { camera: Some(camera(true)), ..MapInfo::default() };
+        let info = MapInfo::new().with_camera(camera(true));
         let lookup = ShadowLookup::new(&info, [SIZE; 2]).unwrap();
         let point = ShadedPoint {
             position: DVec3::new(0.0, 0.0, -4.0),

@@ -12,7 +12,7 @@ use dsm_core::detail::{PixelLists, PixelListsView};
 use super::packed::unpack;
 use super::stored_tile::StoredTile;
 use super::tile_columns::{TileColumn, mono_flags};
-use super::{Block, EncodedTile, words};
+use super::{EncodedTile, Packing, words};
 use crate::error::{Error, Result};
 use crate::tile::Tile;
 
@@ -20,7 +20,7 @@ const COLUMNS: usize = 5;
 
 pub(super) fn encode<T: Transmittance>(
     pixels: PixelListsView<'_, T>,
-    block: Block,
+    packing: Packing,
 ) -> Result<EncodedTile> {
     if pixels.vertex_count() == 0 {
         return Ok(EncodedTile::default());
@@ -28,7 +28,7 @@ pub(super) fn encode<T: Transmittance>(
     let mut flags = Vec::new();
     let columns = TileColumn::of_functions(pixels, &mut flags);
     let count = pixels.vertex_count() as u64;
-    EncodedTile::of_columns(&columns, count, depth_range(pixels), block)
+    EncodedTile::of_columns(&columns, count, depth_range(pixels), packing)
 }
 
 /// The smallest and the largest depth. Each pixel's are sorted.
@@ -78,8 +78,8 @@ pub(crate) fn decode<T: Transmittance>(stored: StoredTile<'_>) -> Result<Tile<'_
     let size = (rect.width, rect.height);
     let not_valid = |error| Error::Function { place, error };
     let refuse = |reason: &'static str| Error::invalid(place, reason);
-    let (tile, flags) = match Block::from_tag(entry.block) {
-        Some(Block::Plain) => {
+    let (tile, flags) = match Packing::from_tag(entry.block) {
+        Some(Packing::Plain) => {
             if payload.len() as u64 != entry.raw_length || entry.differences != 0 {
                 return Err(refuse("a plain tile is as long as its columns and stores words"));
             }
@@ -96,7 +96,7 @@ pub(crate) fn decode<T: Transmittance>(stored: StoredTile<'_>) -> Result<Tile<'_
                 }
             }
         }
-        Some(Block::Zstd) => {
+        Some(Packing::Zstd) => {
             let columns = unpack(&payload, lengths, entry.differences).map_err(refuse)?;
             own(size, columns).map_err(not_valid)?
         }

@@ -1,6 +1,6 @@
 //! Codecs between the pixels of a tile and bytes.
 //!
-//! A codec turns pixels into columns of 32-bit words; a block packs the
+//! A codec turns pixels into columns of 32-bit words; a packing shrinks the
 //! columns. Both are named in the tile's directory entry.
 
 pub(crate) mod exact;
@@ -67,14 +67,14 @@ impl Codec {
 /// The packing of encoded columns.
 ///
 /// ```
-/// use dsm_io::Block;
+/// use dsm_io::Packing;
 ///
-/// assert_eq!(Block::from_tag(0).map(Block::name), Some("none"));
-/// assert!(Block::from_tag(200).is_none());
+/// assert_eq!(Packing::from_tag(0).map(Packing::name), Some("none"));
+/// assert!(Packing::from_tag(200).is_none());
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
-pub enum Block {
+pub enum Packing {
     /// Unpacked columns: an exact tile can be used where it lies.
     #[default]
     Plain,
@@ -82,8 +82,8 @@ pub enum Block {
     Zstd,
 }
 
-impl Block {
-    /// The block's number in the file.
+impl Packing {
+    /// The packing's number in the file.
     pub(crate) const fn tag(self) -> u8 {
         match self {
             Self::Plain => 0,
@@ -91,7 +91,7 @@ impl Block {
         }
     }
 
-    /// The block with this number in the file, if it is known.
+    /// The packing with this number in the file, if it is known.
     #[must_use]
     pub const fn from_tag(tag: u8) -> Option<Self> {
         match tag {
@@ -101,7 +101,7 @@ impl Block {
         }
     }
 
-    /// The block's name, as the command line spells it.
+    /// The packing's name, as the command line spells it.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -121,11 +121,11 @@ impl EncodedTile {
     pub fn encode<T: Transmittance>(
         pixels: PixelListsView<'_, T>,
         codec: Codec,
-        block: Block,
+        packing: Packing,
     ) -> Result<Self> {
         match codec {
-            Codec::Exact => exact::encode(pixels, block),
-            Codec::Quantized => quantized::encode(pixels, block),
+            Codec::Exact => exact::encode(pixels, packing),
+            Codec::Quantized => quantized::encode(pixels, packing),
         }
     }
 }

@@ -13,7 +13,7 @@ use super::exact::{column_lengths, depth_range};
 use super::packed::unpack;
 use super::stored_tile::StoredTile;
 use super::tile_columns::{TileColumn, mono_flags};
-use super::{Block, Codec, exact, words};
+use super::{Codec, Packing, exact, words};
 use crate::error::{Error, Result};
 use crate::format::encoded_tile::EncodedTile;
 use crate::tile::Tile;
@@ -110,12 +110,12 @@ fn value_runs(starts: &[u32], value_starts: &[u32], mut run: impl FnMut(std::ops
 
 pub(super) fn encode<T: Transmittance>(
     pixels: PixelListsView<'_, T>,
-    block: Block,
+    packing: Packing,
 ) -> Result<EncodedTile> {
     if pixels.vertex_count() == 0 {
         return Ok(EncodedTile::default());
     }
-    let Some(grids) = Grids::of(pixels) else { return exact::encode(pixels, block) };
+    let Some(grids) = Grids::of(pixels) else { return exact::encode(pixels, packing) };
     let mut depths = Vec::with_capacity(pixels.depths().len());
     let mut first_before = 0_u32;
     for pair in pixels.starts().windows(2) {
@@ -145,7 +145,7 @@ pub(super) fn encode<T: Transmittance>(
     let words = TileColumn::flags;
     let columns = [words(&header), starts, value_starts, flags, words(&depths), words(&values)];
     let count = pixels.vertex_count() as u64;
-    let tile = EncodedTile::of_columns(&columns, count, depth_range(pixels), block)?;
+    let tile = EncodedTile::of_columns(&columns, count, depth_range(pixels), packing)?;
     Ok(EncodedTile { codec: Codec::Quantized.tag(), ..tile })
 }
 
@@ -159,14 +159,14 @@ pub(crate) fn decode<T: Transmittance>(stored: StoredTile<'_>) -> Result<Tile<'s
         column_lengths(&stored, others, T::CHANNELS)?;
     let StoredTile { payload, entry, rect, .. } = stored;
     let lengths = [1, starts, value_starts, flags, depths, values];
-    let columns = match Block::from_tag(entry.block) {
-        Some(Block::Plain) => {
+    let columns = match Packing::from_tag(entry.block) {
+        Some(Packing::Plain) => {
             if payload.len() as u64 != entry.raw_length || entry.differences != 0 {
                 return Err(refuse("a plain tile is as long as its columns and stores words"));
             }
             exact::split(&words::from_bytes(&payload), lengths).map(<[u32]>::to_vec)
         }
-        Some(Block::Zstd) => unpack(&payload, lengths, entry.differences).map_err(refuse)?,
+        Some(Packing::Zstd) => unpack(&payload, lengths, entry.differences).map_err(refuse)?,
         None => {
             return Err(Error::Unsupported { place, what: format!("block {}", entry.block) });
         }
@@ -293,12 +293,12 @@ mod tests {
 
     #[test]
     fn what_lies_on_grids_comes_back() {
-        for block in [Block::Plain, Block::Zstd] {
-            let encoded = encode(mono().view(), block).unwrap();
+        for packing in [Packing::Plain, Packing::Zstd] {
+            let encoded = encode(mono().view(), packing).unwrap();
             assert_eq!(encoded.codec, Codec::Quantized.tag());
             let tile: Tile<'_, f32> = decode_again(&encoded, 4).unwrap();
             assert_same(tile.view(), mono().view());
-            let encoded = encode(coloured().view(), block).unwrap();
+            let encoded = encode(coloured().view(), packing).unwrap();
             let tile: Tile<'_, Rgb> = decode_again(&encoded, 3).unwrap();
             assert_same(tile.view(), coloured().view());
         }
@@ -312,7 +312,7 @@ mod tests {
         assert_eq!(Grids::of(fine.view()), Some(expected));
         let tiny = tile(&[&[(1.0, 1.0), (1.5, 1e-9)]]);
         assert_eq!(Grids::of(tiny.view()), None);
-        assert_eq!(encode(tiny.view(), Block::Zstd).unwrap().codec, Codec::Exact.tag());
+        assert_eq!(encode(tiny.view(), Packing::Zstd).unwrap().codec, Codec::Exact.tag());
         let zero = tile(&[&[(0.0, 1.0), (0.0, 0.0)]]);
         assert_eq!(Grids::of(zero.view()), Some(Grids { depth_zeros: 23, value_bits: 0 }));
     }
@@ -327,7 +327,7 @@ mod tests {
 
     #[test]
     fn words_that_are_no_tile_are_refused() {
-        let good = encode(mono().view(), Block::Plain).unwrap();
+        let good = encode(mono().view(), Packing::Plain).unwrap();
         // Header, 5 starts, 8 depths, 8 values.
         let with = |word: usize, value: u32| {
             let mut bad = good.clone();

@@ -7,7 +7,7 @@ use dsm_core::detail::{PixelLists, PixelListsView};
 
 use super::packed::{Differences, pack, should_difference, unpack_planes, unshuffle};
 use super::stored_tile::StoredTile;
-use super::{Block, Codec, EncodedTile, words};
+use super::{Codec, EncodedTile, Packing, words};
 use crate::error::{Error, Place, Result};
 use crate::format::directory::TileEntry;
 
@@ -15,7 +15,7 @@ use crate::format::directory::TileEntry;
 #[derive(Clone, Copy, Debug)]
 pub struct TileColumn<'a> {
     words: &'a [u32],
-    /// Whether a zstd block stores differences; none: if words repeat.
+    /// Whether a zstd packing stores differences; none: if words repeat.
     differences: Option<bool>,
 }
 
@@ -91,7 +91,7 @@ impl EncodedTile {
         columns: &[TileColumn<'_>],
         count: u64,
         range: [f32; 2],
-        block: Block,
+        packing: Packing,
     ) -> Result<Self> {
         if columns.len() > Self::MAX_COLUMNS {
             return Err(Error::setting("a tile has at most 8 columns"));
@@ -101,18 +101,18 @@ impl EncodedTile {
         let differences: Differences =
             bits.map(|(bit, column)| u8::from(column.stores_differences()) << bit).sum();
         let words = columns.iter().map(|column| column.words);
-        let packed = match block {
-            Block::Plain => None,
-            Block::Zstd => {
+        let packed = match packing {
+            Packing::Plain => None,
+            Packing::Zstd => {
                 Some(pack(words.clone(), differences).map_err(Error::io("compress a tile"))?)
             }
         };
-        let (bytes, block, differences) = match packed {
-            Some(packed) if packed.len() < raw_length => (packed, Block::Zstd, differences),
+        let (bytes, packing, differences) = match packed {
+            Some(packed) if packed.len() < raw_length => (packed, Packing::Zstd, differences),
             _ => {
                 let mut plain = Vec::with_capacity(raw_length);
                 words.for_each(|column| words::append(column, &mut plain));
-                (plain, Block::Plain, 0)
+                (plain, Packing::Plain, 0)
             }
         };
         // Not -0, so that one range has one encoding.
@@ -125,7 +125,7 @@ impl EncodedTile {
             z_max,
             depth_error: 0.0,
             codec: Codec::Exact.tag(),
-            block: block.tag(),
+            block: packing.tag(),
             differences,
         })
     }
@@ -155,15 +155,15 @@ impl<'a> ColumnReader<'a> {
         if entry.depth_error != 0.0 {
             return Err(refuse("exact depths are stated to have an error"));
         }
-        let (rest, is_packed) = match Block::from_tag(entry.block) {
-            Some(Block::Plain) => {
+        let (rest, is_packed) = match Packing::from_tag(entry.block) {
+            Some(Packing::Plain) => {
                 if payload.len() as u64 != entry.raw_length || entry.differences != 0 {
                     let reason = "a plain tile is as long as its columns and stores words";
                     return Err(refuse(reason));
                 }
                 (payload, false)
             }
-            Some(Block::Zstd) => {
+            Some(Packing::Zstd) => {
                 // The limit holds it to a machine's size.
                 let planes = unpack_planes(&payload, entry.raw_length as usize).map_err(refuse)?;
                 (Cow::Owned(planes), true)
@@ -299,7 +299,7 @@ impl<'a> StoredTile<'a> {
     ///
     /// # Errors
     ///
-    /// [`Error::Unsupported`] for another codec or an unknown block, or what is
+    /// [`Error::Unsupported`] for another codec or an unknown packing, or what is
     /// wrong with the payload.
     pub fn columns(self) -> Result<ColumnReader<'a>> {
         let place = self.place;

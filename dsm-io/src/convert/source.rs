@@ -131,14 +131,12 @@ impl MapSource {
             Self::Image(image) => {
                 let header = image.header();
                 let mut report = ImportReport::default();
-                let info = MapInfo {
-                    camera: camera(header, &mut report),
-                    depth_kind: DepthKind::Planar,
-                    tolerance: added,
-                    data_window: Some(pixels(header.data_window)),
-                    display_window: Some(pixels(header.display_window)),
-                    ..MapInfo::default()
-                };
+                let mut info = MapInfo::new()
+                    .with_tolerance(added)
+                    .with_data_window(pixels(header.data_window))
+                    .with_display_window(pixels(header.display_window));
+                info.camera = camera(header, &mut report);
+                info.depth_kind = DepthKind::Planar;
                 let mut metadata =
                     Metadata::new(header.width, header.height, self.channels(), info);
                 for attribute in &header.attributes {

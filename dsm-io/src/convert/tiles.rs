@@ -22,9 +22,9 @@ use crate::writer::MapWriter;
 /// Options of a conversion: the error bound and the storage of the map.
 ///
 /// ```
-/// use dsm_io::{Block, ConvertOptions, WriteOptions};
+/// use dsm_io::{Packing, ConvertOptions, WriteOptions};
 ///
-/// let write = WriteOptions::default().with_block(Block::Zstd);
+/// let write = WriteOptions::default().with_packing(Packing::Zstd);
 /// let options = ConvertOptions { write, ..ConvertOptions::default() };
 /// assert_eq!(options.tolerance.epsilon(), 0.0);
 /// ```
@@ -177,7 +177,7 @@ impl Band<'_> {
         }
         let (pixels, achieved) = pixels.finish()?;
         let write = &self.options.write;
-        let encoded = EncodedTile::encode(pixels.view(), write.codec, write.block)?;
+        let encoded = EncodedTile::encode(pixels.view(), write.codec, write.packing)?;
         Ok(CompressedTile { id, encoded, achieved, report })
     }
 }

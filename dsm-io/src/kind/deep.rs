@@ -12,7 +12,7 @@ use super::map_tiles::MapTiles;
 use super::pixel_contents::{PixelContents, PixelValue};
 use super::summary::MapSummary;
 use crate::codec::stored_tile::StoredTile;
-use crate::codec::{Block, Codec, exact, quantized};
+use crate::codec::{Codec, Packing, exact, quantized};
 use crate::error::{Error, Result};
 use crate::format::encoded_tile::EncodedTile;
 use crate::metadata::Metadata;
@@ -56,9 +56,9 @@ impl MapKind for Deep {
     fn encode<T: Transmittance>(
         tile: &PixelLists<T>,
         codec: Codec,
-        block: Block,
+        packing: Packing,
     ) -> Result<EncodedTile> {
-        EncodedTile::encode(tile.view(), codec, block)
+        EncodedTile::encode(tile.view(), codec, packing)
     }
 
     fn empty<T: Transmittance>([width, height]: [u32; 2], _: &DeepKeys) -> Result<PixelLists<T>> {

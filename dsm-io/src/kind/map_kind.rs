@@ -12,7 +12,7 @@ use super::map_tiles::MapTiles;
 use super::pixel_contents::PixelContents;
 use super::summary::MapSummary;
 use crate::codec::stored_tile::StoredTile;
-use crate::codec::{Block, Codec};
+use crate::codec::{Codec, Packing};
 use crate::error::Result;
 use crate::format::encoded_tile::EncodedTile;
 use crate::map_tile::MapTile;
@@ -65,7 +65,7 @@ pub trait MapKind: Debug + Send + Sync + Sized + 'static {
     fn encode<T: Transmittance>(
         tile: &Self::Tile<T>,
         codec: Codec,
-        block: Block,
+        packing: Packing,
     ) -> Result<EncodedTile>;
 
     /// An empty tile of `size` pixels. What takes memory for each pixel was held

@@ -107,7 +107,7 @@ impl<K: MapKind> KindWriter<K> {
         error: AchievedError,
     ) -> Result<()> {
         self.check_tile::<T>(id, tile.size())?;
-        let encoded = K::encode(tile, self.options.codec, self.options.block)?;
+        let encoded = K::encode(tile, self.options.codec, self.options.packing)?;
         self.write_encoded(id, &encoded, error)
     }
 

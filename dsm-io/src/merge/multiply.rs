@@ -12,7 +12,7 @@ use crate::achieved_error::AchievedError;
 use crate::blocks::{
     BLOCKS_A_THREAD, Blocks, is_empty, stated_depth_error, stated_error, tiles_of,
 };
-use crate::codec::{Block, Codec};
+use crate::codec::{Codec, Packing};
 use crate::error::{Error, Result};
 use crate::format::encoded_tile::EncodedTile;
 use crate::format::level::Level;
@@ -38,9 +38,9 @@ pub(super) fn multiply(
     let level =
         Level { tolerance: tolerance.epsilon(), error: AchievedError::NONE, ..first.levels()[0] };
     // As the first map that says anything of it.
-    let blocks = maps.iter().map(MapReader::block).collect::<Result<Vec<_>>>()?;
-    let block = blocks.into_iter().flatten().next().unwrap_or(Block::Zstd);
-    let product = Product { maps, level, added, block };
+    let packings = maps.iter().map(MapReader::packing).collect::<Result<Vec<_>>>()?;
+    let packing = packings.into_iter().flatten().next().unwrap_or(Packing::Zstd);
+    let product = Product { maps, level, added, packing };
     let blocks = Blocks::new(&level, maps.iter().map(|map| &map.levels()[0]));
     let mut writer = ContainerWriter::create(output)?;
     writer.add_level(level)?;
@@ -127,7 +127,7 @@ struct Product<'a> {
     maps: &'a [MapReader],
     level: Level,
     added: Tolerance,
-    block: Block,
+    packing: Packing,
 }
 
 struct MultipliedTile {
@@ -186,6 +186,6 @@ impl Product<'_> {
             pixels.push(product.vertices(), product.chord_error())?;
         }
         let (pixels, achieved) = pixels.finish()?;
-        Ok((EncodedTile::encode(pixels.view(), Codec::Exact, self.block)?, achieved))
+        Ok((EncodedTile::encode(pixels.view(), Codec::Exact, self.packing)?, achieved))
     }
 }

@@ -7,7 +7,7 @@ use dsm_core::detail::VisibilityView;
 
 use super::fragment::Fragment;
 use crate::achieved_error::AchievedError;
-use crate::codec::{Block, Codec};
+use crate::codec::{Codec, Packing};
 use crate::columns::Columns;
 use crate::error::{Error, Result};
 use crate::format::encoded_tile::EncodedTile;
@@ -54,7 +54,7 @@ impl<T: Transmittance> FinishedTile<T> {
     pub(super) fn encode(
         &self,
         level: &Level,
-        (codec, block): (Codec, Block),
+        (codec, packing): (Codec, Packing),
     ) -> Result<(EncodedTile, AchievedError)> {
         let Self { id, parts } = self;
         let rect = level.tile_rect(id.x, id.y).ok_or(Error::NoSuchTile(*id))?;
@@ -78,7 +78,7 @@ impl<T: Transmittance> FinishedTile<T> {
                 .try_for_each(|_| tile.push::<T>(VisibilityView::clear()))?;
         }
         let tile = tile.finish::<T>(rect.width, rect.height)?;
-        Ok((EncodedTile::encode(tile.view(), codec, block)?, error))
+        Ok((EncodedTile::encode(tile.view(), codec, packing)?, error))
     }
 }
 

@@ -9,7 +9,7 @@ use super::build::build_pyramid;
 use super::plan::PyramidOptions;
 use super::source::{PyramidSource, SourceTile};
 use crate::achieved_error::AchievedError;
-use crate::codec::Block;
+use crate::codec::Packing;
 use crate::error::{Error, Result};
 use crate::format::directory::TileDirectory;
 use crate::reader::MapReader;
@@ -75,8 +75,8 @@ pub fn mip(
     if level.tile_width != level.tile_height {
         return refuse("its tiles are not square");
     }
-    let block = map.block()?.unwrap_or(Block::Zstd);
-    let write = WriteOptions::default().with_tile_size(level.tile_width).with_block(block);
+    let packing = map.packing()?.unwrap_or(Packing::Zstd);
+    let write = WriteOptions::default().with_tile_size(level.tile_width).with_packing(packing);
     let mut writer = MapWriter::create(output, map.metadata().clone(), write)?;
     if map.metadata().channels == 1 {
         build_pyramid::<f32, _>(&Stored(map), &mut writer, options, progress)

@@ -6,7 +6,7 @@ use super::fragment::{Averager, Copies, CopiesBuilder, Fragment, FragmentBuilder
 use super::plan::Plan;
 use super::source::{PixelFunctions, SourceTile};
 use crate::achieved_error::AchievedError;
-use crate::codec::{Block, Codec};
+use crate::codec::{Codec, Packing};
 use crate::error::Result;
 use crate::format::encoded_tile::EncodedTile;
 use crate::tile_id::{TileId, TileRect};
@@ -30,7 +30,7 @@ impl<T: Transmittance> TileLevels<T> {
         id: TileId,
         rect: TileRect,
         tile: SourceTile<F>,
-        (codec, block): (Codec, Block),
+        (codec, packing): (Codec, Packing),
     ) -> Result<Self> {
         let SourceTile { functions, stored } = tile;
         let Some(functions) = functions else {
@@ -52,7 +52,7 @@ impl<T: Transmittance> TileLevels<T> {
             (None, Some(own)) => {
                 let achieved =
                     AchievedError::enclosing(own.max, own.means / rect.pixel_count().max(1) as f64);
-                Some((EncodedTile::encode(own.pixels.view(), codec, block)?, achieved))
+                Some((EncodedTile::encode(own.pixels.view(), codec, packing)?, achieved))
             }
             (stored, _) => stored,
         };

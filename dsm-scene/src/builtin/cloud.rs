@@ -1,12 +1,12 @@
 //! Media: a plume of smoke, and a cloud with pipes through it.
 
+use dsm_core::LightExtent;
 use glam::{DVec3, IVec3, UVec3};
 
 use super::random::fractal_noise;
 use super::solid::{camera, floor, light, pipe};
 use crate::error::Result;
 use crate::scene::{Object, Scene, Shape};
-use crate::view::LightOutline;
 use crate::volume::Volume;
 
 /// Smoke that rises, widens and tears.
@@ -32,9 +32,9 @@ pub(super) fn smoke() -> Result<Scene> {
     })?;
     let medium = Object { density: 14.0, ..Object::new(Shape::Volume(volume)) };
     let target = DVec3::new(0.0, 1.0, 0.0);
-    let outline = LightOutline::Disk { radius: 0.3 };
+    let extent = LightExtent::disk(0.3);
     Ok(Scene {
-        light: light(DVec3::new(2.6, 3.6, 1.6), target, 40.0, outline),
+        light: light(DVec3::new(2.6, 3.6, 1.6), target, 40.0, extent),
         camera: camera(DVec3::new(0.8, 1.6, 4.2), DVec3::new(-0.2, 0.85, 0.0), 36.0),
         ..Scene::of_objects(vec![medium, floor(6.0)?])
     })
@@ -63,9 +63,9 @@ pub(super) fn pipes() -> Result<Scene> {
         objects.push(Object::new(Shape::Mesh(pipe(from, to, radius, 48)?)));
     }
     objects.push(floor(8.0)?);
-    let outline = LightOutline::Sphere { radius: 0.3 };
+    let extent = LightExtent::sphere(0.3);
     Ok(Scene {
-        light: light(DVec3::new(1.5, 7.5, 2.5), middle, 40.0, outline),
+        light: light(DVec3::new(1.5, 7.5, 2.5), middle, 40.0, extent),
         camera: camera(DVec3::new(0.5, 2.4, 6.5), DVec3::new(0.0, 1.3, 0.0), 36.0),
         ..Scene::of_objects(objects)
     })

@@ -1,5 +1,6 @@
 //! A crown of leaves.
 
+use dsm_core::LightExtent;
 use glam::{DVec3, Vec3};
 
 use super::random::{Random, across};
@@ -7,7 +8,6 @@ use super::solid::{camera, floor, light};
 use crate::error::Result;
 use crate::mesh::TriangleMesh;
 use crate::scene::{Object, Scene, Shape};
-use crate::view::LightOutline;
 
 const LEAVES: u32 = 300_000;
 const CLUSTERS: usize = 600;
@@ -30,9 +30,9 @@ pub(super) fn foliage() -> Result<Scene> {
     }
     let leaves = TriangleMesh::new(positions, triangles)?;
     let objects = vec![Object::new(Shape::Mesh(leaves)), floor(8.0)?];
-    let outline = LightOutline::Rectangle { size: [1.0, 1.0] };
+    let extent = LightExtent::rectangle([1.0, 1.0]);
     Ok(Scene {
-        light: light(centre + DVec3::new(2.24, 4.24, 1.5), centre, 32.0, outline),
+        light: light(centre + DVec3::new(2.24, 4.24, 1.5), centre, 32.0, extent),
         camera: camera(DVec3::new(3.4, 2.6, 3.2), DVec3::new(-0.2, 0.8, -0.1), 35.0),
         ..Scene::of_objects(objects)
     })

@@ -1,6 +1,6 @@
 //! A window that colours the light.
 
-use dsm_core::Rgb;
+use dsm_core::{LightExtent, Rgb};
 use glam::{DVec3, Vec3};
 
 use super::random::Random;
@@ -8,7 +8,6 @@ use super::solid::{camera, floor, light};
 use crate::error::Result;
 use crate::mesh::TriangleMesh;
 use crate::scene::{Object, Scene, Shape};
-use crate::view::LightOutline;
 
 const COLUMNS: u32 = 6;
 const ROWS: u32 = 9;
@@ -65,9 +64,9 @@ pub(super) fn stained_glass() -> Result<Scene> {
     }
     objects.push(floor(6.0)?);
     let target = DVec3::new(0.0, 1.5, 0.0);
-    let outline = LightOutline::Disk { radius: 0.08 };
+    let extent = LightExtent::disk(0.08);
     Ok(Scene {
-        light: light(DVec3::new(1.2, 4.2, -4.5), target, 46.0, outline),
+        light: light(DVec3::new(1.2, 4.2, -4.5), target, 46.0, extent),
         camera: camera(DVec3::new(1.8, 2.6, 6.4), DVec3::new(-0.2, 1.3, 0.6), 42.0),
         ..Scene::of_objects(objects)
     })

@@ -1,12 +1,12 @@
 //! Plain surfaces.
 
-use dsm_core::{Projection, View};
+use dsm_core::{LightExtent, Projection, View};
 use glam::{DVec3, Vec3};
 
 use crate::error::Result;
 use crate::mesh::TriangleMesh;
 use crate::scene::{Object, Shape};
-use crate::view::{Camera, Light, LightOutline};
+use crate::view::{Camera, Light};
 
 /// A full turn.
 pub(super) const TURN: f64 = std::f64::consts::TAU;
@@ -82,9 +82,9 @@ pub(super) fn pipe(from: DVec3, to: DVec3, radius: f64, sides: u32) -> Result<Tr
 }
 
 /// A light whose shadow camera looks at `target`.
-pub(super) fn light(eye: DVec3, target: DVec3, fov: f64, outline: LightOutline) -> Light {
+pub(super) fn light(eye: DVec3, target: DVec3, fov: f64, extent: LightExtent) -> Light {
     let view = View { eye, target, up: DVec3::Y };
-    Light { view, projection: Projection::Perspective { fov }, outline }
+    Light { view, projection: Projection::Perspective { fov }, extent }
 }
 
 /// A camera of 640 × 360 pixels.

@@ -1,6 +1,6 @@
 //! Hair and fur.
 
-use dsm_core::Rgb;
+use dsm_core::{LightExtent, Rgb};
 use glam::{DVec3, Vec3};
 
 use super::random::{Random, across};
@@ -8,7 +8,6 @@ use super::solid::{TURN, camera, floor, light, sphere};
 use crate::curves::Curves;
 use crate::error::Result;
 use crate::scene::{Object, Scene, Shape};
-use crate::view::LightOutline;
 
 const HAIRS: u32 = 50_000;
 const HAIR_POINTS: u32 = 17;
@@ -49,9 +48,9 @@ pub(super) fn hairball() -> Result<Scene> {
         floor(8.0)?,
     ];
     let eye = centre + DVec3::new(2.24, 4.24, 1.5);
-    let outline = LightOutline::Rectangle { size: [1.0, 1.0] };
+    let extent = LightExtent::rectangle([1.0, 1.0]);
     Ok(Scene {
-        light: light(eye, centre, 32.0, outline),
+        light: light(eye, centre, 32.0, extent),
         camera: camera(DVec3::new(3.4, 2.6, 3.2), DVec3::new(-0.2, 0.8, -0.1), 35.0),
         ..Scene::of_objects(objects)
     })
@@ -75,9 +74,9 @@ pub(super) fn fur_plane() -> Result<Scene> {
     }
     let fur = Curves::new(points, radii, (0..FURS).map(|_| FUR_POINTS))?;
     let objects = vec![Object::new(Shape::Curves(fur)).with_opacity(grey(0.5)), floor(1.0)?];
-    let outline = LightOutline::Disk { radius: 0.25 };
+    let extent = LightExtent::disk(0.25);
     Ok(Scene {
-        light: light(DVec3::new(1.5, 3.0, 1.0), DVec3::new(0.0, 0.05, 0.0), 46.0, outline),
+        light: light(DVec3::new(1.5, 3.0, 1.0), DVec3::new(0.0, 0.05, 0.0), 46.0, extent),
         camera: camera(DVec3::new(0.2, 1.2, 2.4), DVec3::new(0.0, 0.0, 0.1), 38.0),
         ..Scene::of_objects(objects)
     })

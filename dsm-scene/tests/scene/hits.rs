@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use dsm_core::{
-    HitSource, PixelSampling, Projection, Ray, RayHits, Rgb, TileHits, TileSamples, View,
+    HitSource, LightExtent, PixelSampling, Projection, Ray, RayHits, Rgb, TileHits, TileSamples,
+    View,
 };
 use dsm_scene::detail::SceneHitSource;
 use dsm_scene::{
-    Curves, Light, LightOutline, Motion, Object, Scene, Shape, TracedScene, Transform,
-    TriangleMesh, builtin_scene,
+    Curves, Light, Motion, Object, Scene, Shape, TracedScene, Transform, TriangleMesh,
+    builtin_scene,
 };
 use glam::{DMat3, DVec3, Vec3};
 use proptest::collection::vec;
@@ -290,7 +291,7 @@ fn the_door_to_the_baker_gives_planar_depths_and_normals() {
     let traced = Arc::new(TracedScene::new(&scene).unwrap());
     let view = View { eye: DVec3::new(0.0, 0.0, 10.0), target: DVec3::ZERO, up: DVec3::Y };
     let projection = Projection::Perspective { fov: 20.0 };
-    let light = Light { view, projection, outline: LightOutline::Point };
+    let light = Light { view, projection, extent: LightExtent::POINT };
     let source = SceneHitSource::new(Arc::clone(&traced), light.raster([16, 16]).unwrap());
     let camera = source.raster().shadow_camera();
     let sampling = PixelSampling::new(4, 0).unwrap();

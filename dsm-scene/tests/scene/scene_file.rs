@@ -3,9 +3,10 @@
 use std::fs;
 use std::path::PathBuf;
 
-use dsm_core::{LightShape, Projection, Rgb};
+use dsm_core::detail::LightShape;
+use dsm_core::{LightExtent, Projection, Rgb};
 use dsm_scene::detail::Result;
-use dsm_scene::{LightOutline, Scene, Shape, open_scene};
+use dsm_scene::{Scene, Shape, open_scene};
 use glam::{DVec3, DVec4};
 use tempfile::TempDir;
 
@@ -77,7 +78,7 @@ fn every_key_is_read() {
     assert_eq!(scene.camera.view.eye, DVec3::new(0.0, 2.0, 6.0));
     assert_eq!(scene.light.view.target, DVec3::Y);
     assert_eq!(scene.light.projection, Projection::Perspective { fov: 40.0 });
-    assert_eq!(scene.light.outline, LightOutline::Rectangle { size: [1.0, 0.5] });
+    assert_eq!(scene.light.extent, LightExtent::rectangle([1.0, 0.5]));
     let area = scene.light.area().unwrap();
     assert_eq!(area.shape(), LightShape::Rectangle);
     let [right, up] = area.half_axes();
@@ -115,19 +116,19 @@ fn what_is_not_given_is_as_documented() {
     let eye = DVec3::new(-1.0, 1.0, 2.0).normalize() * 3.0 * 2.0_f64.sqrt();
     assert!((scene.camera.view.eye - eye).length() < 1e-12);
     assert_eq!(scene.light.projection, Projection::Perspective { fov: 45.0 });
-    assert_eq!((scene.light.outline, scene.shutter), (LightOutline::Point, [0.0, 1.0]));
+    assert_eq!((scene.light.extent, scene.shutter), (LightExtent::POINT, [0.0, 1.0]));
     assert!(!scene.is_moving() && !scene.is_coloured());
 
     let short = "[light]\neye = [0, 9, 0]\ntarget = [0, 0, 0]\n";
     let scene = open(&folder, short).unwrap();
     assert!(scene.objects.is_empty());
-    assert_eq!(scene.light.outline, LightOutline::Point);
+    assert_eq!(scene.light.extent, LightExtent::POINT);
     assert!(scene.light.raster([8, 8]).is_ok(), "up is parallel to the view");
     let wide =
         format!("{short}projection = \"orthographic\"\nextent = 4\nfov = 9\nshape = \"disk\"\n");
     let light = open(&folder, &wide).unwrap().light;
     assert_eq!(light.projection, Projection::Orthographic { extent: 4.0 });
-    assert_eq!(light.outline, LightOutline::Disk { radius: 0.5 });
+    assert_eq!(light.extent, LightExtent::disk(0.5));
     let camera = light.raster([8, 4]).unwrap().shadow_camera();
     let right = camera.world_to_ndc.unwrap() * DVec4::new(1.0, 0.0, 0.0, 1.0);
     assert!((right.truncate().truncate() - 0.5).abs().max_element() > 0.24);

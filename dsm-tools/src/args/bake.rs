@@ -191,7 +191,7 @@ impl TryFrom<BakeFlags> for Bake {
             ChannelsName::Rgb => Channels::Rgb,
         };
         settings.codec = flags.codec.into();
-        settings.block = flags.block.into();
+        settings.packing = flags.block.into();
         settings.pyramid = flags.mip.then(PyramidOptions::default);
         settings.seed = flags.seed;
         settings.check().map_err(text)?;

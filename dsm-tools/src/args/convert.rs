@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, ValueEnum};
 use deepshadow::files::deep_exr::{Compression, Layout, SampleType};
-use deepshadow::files::{Block, ConvertOptions, ExportOptions, WriteOptions};
+use deepshadow::files::{ConvertOptions, ExportOptions, Packing, WriteOptions};
 use deepshadow::visibility::Tolerance;
 
 use super::values::{self, Effort};
@@ -115,9 +115,9 @@ impl ConvertFlags {
         if let Some((switch, _)) = refused.iter().find(|(_, is_given)| *is_given) {
             return Err(format!("{switch} is for .exr outputs"));
         }
-        let block = self.block.map_or(Block::Zstd, Block::from);
+        let block = self.block.map_or(Packing::Zstd, Packing::from);
         let tile = self.tile.unwrap_or(DEFAULT_TILE);
-        let write = WriteOptions::default().with_tile_size(tile).with_block(block);
+        let write = WriteOptions::default().with_tile_size(tile).with_packing(block);
         Ok(ConvertOptions { tolerance: self.tolerance.unwrap_or_default(), write })
     }
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::{PathBufValueParser, RangedU64ValueParser, TypedValueParser};
 use clap::{Args, ValueEnum};
-use deepshadow::files::{Block, Codec};
+use deepshadow::files::{Codec, Packing};
 use deepshadow::visibility::Tolerance;
 
 /// Use of the machine.
@@ -22,7 +22,7 @@ pub(super) enum BlockName {
     Zstd,
 }
 
-impl From<BlockName> for Block {
+impl From<BlockName> for Packing {
     fn from(name: BlockName) -> Self {
         match name {
             BlockName::None => Self::Plain,

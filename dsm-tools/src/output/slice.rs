@@ -126,11 +126,7 @@ mod tests {
     fn exr_slices_are_linear_and_keep_the_windows() {
         let data = PixelWindow { min: [-3, 7], max: [-2, 7] };
         let display = PixelWindow { min: [0, 0], max: [9, 9] };
-        let info = MapInfo {
-            data_window: Some(data),
-            display_window: Some(display),
-            ..MapInfo::default()
-        };
+        let info = MapInfo::new().with_data_window(data).with_display_window(display);
         let file = slice(Rgb::new(0.1, 0.25, 0.7), 2.0).exr(&info).unwrap();
         let image = exr::prelude::read()
             .no_deep_data()

@@ -5,9 +5,9 @@ use std::io::{self, Write};
 
 use deepshadow::ShadowMap;
 use deepshadow::files::detail::{Level, PixelValue, SummaryValue, TileDirectory, TileEntry};
-use deepshadow::files::{Attribute, Block, Codec, MapSummary, PixelContents};
-use deepshadow::visibility::detail::{DepthKind, LightExtent, PixelWindow};
-use deepshadow::visibility::{Filter, ShadowCamera};
+use deepshadow::files::{Attribute, Codec, MapSummary, Packing, PixelContents};
+use deepshadow::visibility::detail::{DepthKind, PixelWindow};
+use deepshadow::visibility::{Filter, LightExtent, ShadowCamera};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::Value;
 
@@ -107,7 +107,7 @@ impl<'a> Summary<'a> {
             block: encoding(
                 stored(),
                 |tile| tile.block,
-                |tag| Block::from_tag(tag).map(Block::name),
+                |tag| Packing::from_tag(tag).map(Packing::name),
             ),
             tile: container.levels()[0].tile_width,
             tolerance: info.tolerance.epsilon(),
@@ -146,8 +146,9 @@ impl<'a> Summary<'a> {
         if let Some(filter) = self.filter {
             line("filter", format!("{}, {} pixels wide", filter.shape().name(), filter.width()))?;
         }
-        if let Some(LightExtent { shape, size: [width, height] }) = self.light {
-            line("light", format!("{}, {width} × {height}", shape.name()))?;
+        if let Some(light) = self.light {
+            let [width, height] = light.size().map(|size| size as f32);
+            line("light", format!("{}, {width} × {height}", light.shape().name()))?;
         }
         let kind = match self.depth.kind {
             DepthKind::Planar => "planar",

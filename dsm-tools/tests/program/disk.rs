@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
 use dsm_core::{DeepMap, MapInfo, PixelListsBuilder, Vertex};
-use dsm_io::{AchievedError, Block, Metadata, WriteOptions, write_map};
+use dsm_io::{AchievedError, Metadata, Packing, WriteOptions, write_map};
 
 use crate::maps::{Folder, full_info, mono};
 use crate::run;
@@ -98,7 +98,7 @@ fn large_map(path: &Path) {
     }
     let map = DeepMap::new(MapInfo::default(), pixels.finish().unwrap());
     let metadata = Metadata::new(size, size, 1, *map.info());
-    let options = WriteOptions::default().with_block(Block::Plain);
+    let options = WriteOptions::default().with_packing(Packing::Plain);
     write_map(path, metadata, &map, AchievedError::NONE, options).unwrap();
 }
 

@@ -8,7 +8,7 @@ use dsm_core::{
     Transmittance, Vertex,
 };
 use dsm_io::detail::{Level, MapWriter, TileId};
-use dsm_io::{AchievedError, Attribute, Block, Metadata, WriteOptions, write_map};
+use dsm_io::{AchievedError, Attribute, Metadata, Packing, WriteOptions, write_map};
 use glam::{DMat4, DVec4};
 use tempfile::TempDir;
 
@@ -77,15 +77,13 @@ pub(crate) fn full_info() -> MapInfo {
     );
     let camera =
         ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(world_to_ndc) };
-    MapInfo {
-        camera: Some(camera),
-        tolerance: Tolerance::new(0.02).unwrap(),
-        samples: Some(16),
-        filter: Some(Filter::new(FilterShape::Tent, 2.0).unwrap()),
-        data_window: Some(PixelWindow { min: [3, 2], max: [9, 6] }),
-        display_window: Some(PixelWindow { min: [0, 0], max: [19, 9] }),
-        ..MapInfo::default()
-    }
+    MapInfo::new()
+        .with_camera(camera)
+        .with_tolerance(Tolerance::new(0.02).unwrap())
+        .with_samples(16)
+        .with_filter(Filter::new(FilterShape::Tent, 2.0).unwrap())
+        .with_data_window(PixelWindow { min: [3, 2], max: [9, 6] })
+        .with_display_window(PixelWindow { min: [0, 0], max: [19, 9] })
 }
 
 /// Where in the world the raster position and depth of a map with
@@ -97,7 +95,7 @@ pub(crate) fn world([x, y, depth]: [f64; 3]) -> [f64; 3] {
 fn write<T: Transmittance>(path: &Path, map: &DeepMap<T>) {
     let mut metadata = Metadata::new(SIZE[0], SIZE[1], T::CHANNELS as u8, *map.info());
     metadata.attributes.insert("owner".to_owned(), Attribute::string("lighting"));
-    let options = WriteOptions::default().with_tile_size(4).with_block(Block::Zstd);
+    let options = WriteOptions::default().with_tile_size(4).with_packing(Packing::Zstd);
     let error = AchievedError { max: map.info().tolerance.epsilon() / 2.0, mean: 0.0 };
     write_map(path, metadata, map, error, options).unwrap();
 }

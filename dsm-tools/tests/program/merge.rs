@@ -92,13 +92,11 @@ fn what_cannot_be_merged_is_an_error() {
     let folder = Folder::new();
     let map = folder.map("map.dsm", &mono(full_info()));
     let out = folder.path("out.dsm");
-    let moved = MapInfo {
-        camera: full_info().camera.map(|mut camera| {
-            camera.world_to_ndc = camera.world_to_camera;
-            camera
-        }),
-        ..full_info()
-    };
+    let mut moved = full_info();
+    moved.camera = moved.camera.map(|mut camera| {
+        camera.world_to_ndc = camera.world_to_camera;
+        camera
+    });
     let moved = folder.map("moved.dsm", &mono(moved));
     let answer = run!("merge", map, moved, "-o", out);
     assert!(answer.refusal().contains("moved.dsm: its camera differs"), "{answer:?}");

@@ -71,7 +71,7 @@ fn pixels_of_levels_are_shown() {
 #[test]
 fn switches_choose_levels_and_tolerances() {
     let folder = Folder::new();
-    let info = MapInfo { tolerance: Tolerance::new(0.2).unwrap(), ..MapInfo::default() };
+    let info = MapInfo::new().with_tolerance(Tolerance::new(0.2).unwrap());
     let (map, path) = (folder.map("map.dsm", &mono(info)), folder.path("mip.dsm"));
     let told = |arguments: &[&str]| {
         let arguments = ["mip", map.to_str().unwrap(), "--output", path.to_str().unwrap()]

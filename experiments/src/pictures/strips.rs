@@ -79,7 +79,8 @@ fn depth_map(scene: &Scene, samples: u32) -> Result<DepthMap> {
 
 /// Its filter, with the bias that deep maps have.
 fn closer(map: DepthMap, taps: u32, width: f32) -> Result<PercentageCloserShadow> {
-    let info = MapInfo { camera: map.camera().copied(), ..MapInfo::default() };
+    let mut info = MapInfo::new();
+    info.camera = map.camera().copied();
     let lookup = ShadowLookup::new(&info, map.size())?;
     let filter = PercentageCloserFilter::new(map, taps)?.with_width(width)?;
     Ok(PercentageCloserShadow::new(filter, lookup))
@@ -89,7 +90,7 @@ fn closer(map: DepthMap, taps: u32, width: f32) -> Result<PercentageCloserShadow
 fn with_objects(scene: Scene, keep: impl Fn(usize, &Object) -> bool) -> Scene {
     let objects = scene.objects.iter().enumerate().filter(|(index, object)| keep(*index, object));
     let objects = objects.map(|(_, object)| object.clone()).collect();
-    Scene { objects, ..scene }
+    scene.with_objects(objects)
 }
 
 /// Figure 10: a cloud, without and with the shadow that it casts on itself.
@@ -123,10 +124,8 @@ fn sphere(resolution: [u32; 2]) -> Result<Vec<Image>> {
     let scene = builtin_scene("spinning-sphere")?;
     let settings = RenderSettings::new(64, 0)?;
     let stage = Stage::new(scene.clone(), resolution)?;
-    let frozen = Scene {
-        objects: scene.objects.iter().map(|object| at_half_time(object.clone())).collect(),
-        ..scene
-    };
+    let objects = scene.objects.iter().map(|object| at_half_time(object.clone())).collect();
+    let frozen = scene.with_objects(objects);
     let map = depth_map(&frozen, 16)?;
     let mut pictures = vec![stage.draw(&closer(map, 64, 1.5)?, &settings)?];
     pictures.extend(stage.draw_filtered(&map_settings(512, 64)?, &[tent(2.0)?], &settings)?);

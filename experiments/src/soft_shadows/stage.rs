@@ -7,11 +7,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use dsm_core::{AreaLight, LightVisibility, PixelSampling, Rgb, ShadedPoint};
+use dsm_core::{AreaLight, LightExtent, LightVisibility, PixelSampling, Rgb, ShadedPoint};
 use dsm_scene::detail::{Image, RenderSettings, Renderer, load_shape};
 use dsm_scene::{
-    Light, LightOutline, Motion, Object, Scene, Shape, TracedScene, Transform, TriangleMesh,
-    builtin_scene,
+    Light, Motion, Object, Scene, Shape, TracedScene, Transform, TriangleMesh, builtin_scene,
 };
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -95,7 +94,7 @@ impl Stage {
     /// The scene's light as a disk.
     #[must_use]
     pub const fn light(&self, radius: f64) -> Light {
-        Light { outline: LightOutline::Disk { radius }, ..self.scene.light }
+        Light { extent: LightExtent::disk(radius), ..self.scene.light }
     }
 
     /// Triangles and segments of strands.
@@ -175,5 +174,5 @@ fn head() -> Result<Option<Scene>> {
         Object::new(Shape::Mesh(floor)),
     ];
     let like = builtin_scene("hairball")?;
-    Ok(Some(Scene { objects, ..like }))
+    Ok(Some(like.with_objects(objects)))
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use dsm_core::{BakeSettings, HitSource, Progress, Tolerance, Transmittance};
 use dsm_io::detail::{BakeReport, EncodedTile, KindWriter, MapKind, Result, TileId};
-use dsm_io::{AchievedError, Block, Codec, Error, Metadata, WriteOptions};
+use dsm_io::{AchievedError, Codec, Error, Metadata, Packing, WriteOptions};
 
 use super::keys::LayeredKeys;
 use super::layers::Layers;
@@ -14,7 +14,7 @@ use crate::build::{BakedLayers, MultilayerBaker};
 use crate::multilayer_settings::LayeredInfo;
 
 /// Bakes a multilayer transparent shadow map into a file that replaces `output`,
-/// if there is one, with tiles packed as `block`. `describe` may add to what the
+/// if there is one, with tiles packed as `packing`. `describe` may add to what the
 /// map says of itself; `watch` is told before every tile how far the bake has
 /// come, and may break it off. The same settings and source give the same bytes,
 /// whatever the number of threads. On an error `output` is what it was before.
@@ -27,7 +27,7 @@ use crate::multilayer_settings::LayeredInfo;
 pub fn bake_mtsm<T: Transmittance, S: HitSource<T>>(
     baker: &MultilayerBaker<T, S>,
     output: &Path,
-    block: Block,
+    packing: Packing,
     describe: impl FnOnce(&mut Metadata),
     watch: impl Fn(Progress) -> ControlFlow<()> + Sync,
 ) -> Result<BakeReport>
@@ -36,7 +36,7 @@ where
 {
     let settings = &baker.settings().bake;
     let mut file = OpenBake::<Mtsm>::start::<T>(baker.info(), settings, output, describe)?;
-    let encode = |tile| BakedTile::encode::<Mtsm, T>(tile, block).map_err(Failed::Write);
+    let encode = |tile| BakedTile::encode::<Mtsm, T>(tile, packing).map_err(Failed::Write);
     let outcome = baker.run(encode, |tile| file.write(tile).map_err(Failed::Write), watch);
     file.finish(outcome)
 }
@@ -49,7 +49,7 @@ where
 pub fn bake_layers<T: Transmittance, S: HitSource<T>>(
     baker: &MultilayerBaker<T, S>,
     output: &Path,
-    block: Block,
+    packing: Packing,
     describe: impl FnOnce(&mut Metadata),
     watch: impl Fn(Progress) -> ControlFlow<()> + Sync,
 ) -> Result<BakeReport>
@@ -62,7 +62,7 @@ where
     info.map.tolerance = Tolerance::EXACT;
     info.layering.resets = 0;
     let mut file = OpenBake::<Layers>::start::<T>(info, settings, output, describe)?;
-    let encode = |tile| BakedTile::encode::<Layers, T>(tile, block).map_err(Failed::Write);
+    let encode = |tile| BakedTile::encode::<Layers, T>(tile, packing).map_err(Failed::Write);
     let outcome = baker.run_depths(encode, |tile| file.write(tile).map_err(Failed::Write), watch);
     file.finish(outcome)
 }
@@ -79,10 +79,10 @@ struct BakedTile {
 impl BakedTile {
     fn encode<K: MapKind, T: Transmittance>(
         baked: BakedLayers<K::Tile<T>>,
-        block: Block,
+        packing: Packing,
     ) -> Result<Self> {
         let BakedLayers { tile, pixels, max_error, mean_error, hits, cut_pixels } = baked;
-        let encoded = K::encode(&pixels, Codec::Exact, block)?;
+        let encoded = K::encode(&pixels, Codec::Exact, packing)?;
         let error = AchievedError::enclosing(max_error, mean_error);
         Ok(Self { tile, encoded, error, hits, cut_pixels })
     }

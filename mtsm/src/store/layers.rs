@@ -5,7 +5,7 @@ use dsm_io::detail::{
     EncodedTile, FieldKind, KindReader, MapKind, MapTile, MapTiles, PixelValue, Result, StoredTile,
     TileColumn,
 };
-use dsm_io::{Block, Codec, Error, MapSummary, Metadata, PixelContents};
+use dsm_io::{Codec, Error, MapSummary, Metadata, Packing, PixelContents};
 
 use super::keys::LayeredKeys;
 use super::tile::{bytes, range_of, summary};
@@ -52,7 +52,7 @@ impl MapKind for Layers {
     fn encode<T: Transmittance>(
         tile: &DepthLayers<T>,
         codec: Codec,
-        block: Block,
+        packing: Packing,
     ) -> Result<EncodedTile> {
         if codec != Codec::Exact {
             return Err(Error::Setting("layers are stored exactly".into()));
@@ -69,7 +69,7 @@ impl MapKind for Layers {
             TileColumn::of_floats(&opacities),
         ];
         let range = range_of((0..tile.pixel_count()).filter_map(|pixel| tile.depth_range(pixel)));
-        EncodedTile::of_columns(&columns, tile.layer_count() as u64, range, block)
+        EncodedTile::of_columns(&columns, tile.layer_count() as u64, range, packing)
     }
 
     fn empty<T: Transmittance>(

@@ -6,7 +6,7 @@ use dsm_io::detail::{
     EncodedTile, FieldKind, KindReader, MapKind, MapTile, MapTiles, PixelValue, Result, StoredTile,
     TileColumn,
 };
-use dsm_io::{Block, Codec, Error, MapSummary, Metadata, PixelContents};
+use dsm_io::{Codec, Error, MapSummary, Metadata, Packing, PixelContents};
 
 use super::keys::LayeredKeys;
 use super::tile::{bytes, range_of, summary};
@@ -62,7 +62,7 @@ impl MapKind for Mtsm {
     fn encode<T: Transmittance>(
         tile: &LayeredPixels<T>,
         codec: Codec,
-        block: Block,
+        packing: Packing,
     ) -> Result<EncodedTile> {
         if codec != Codec::Exact {
             return Err(Error::Setting("layers are stored exactly".into()));
@@ -86,7 +86,7 @@ impl MapKind for Mtsm {
             TileColumn::of(tile.counts()),
         ];
         let count = tile.layer_count() as u64;
-        EncodedTile::of_columns(&columns, count, functions_range(functions), block)
+        EncodedTile::of_columns(&columns, count, functions_range(functions), packing)
     }
 
     fn empty<T: Transmittance>(

@@ -10,7 +10,7 @@ use dsm_io::detail::{
     StoredTile, TileColumn, TileId,
 };
 use dsm_io::{
-    AchievedError, Block, Codec, Error, MapSummary, Metadata, PixelContents, WriteOptions,
+    AchievedError, Codec, Error, MapSummary, Metadata, Packing, PixelContents, WriteOptions,
 };
 use dsm_trace::detail::{Layering, LightFrame};
 use rayon::prelude::*;
@@ -127,7 +127,7 @@ impl MapKind for Fragments {
     fn encode<T: Transmittance>(
         tile: &FragmentTile<T>,
         codec: Codec,
-        block: Block,
+        packing: Packing,
     ) -> Result<EncodedTile> {
         if codec != Codec::Exact {
             return Err(Error::Setting("fragments are stored exactly".into()));
@@ -151,7 +151,7 @@ impl MapKind for Fragments {
             TileColumn::of(&low),
             TileColumn::of(&high),
         ];
-        EncodedTile::of_columns(&columns, w.len() as u64, tile.range(), block)
+        EncodedTile::of_columns(&columns, w.len() as u64, tile.range(), packing)
     }
 
     fn empty<T: Transmittance>(size: [u32; 2], _: &FragmentKeys) -> Result<FragmentTile<T>> {
@@ -265,11 +265,7 @@ where
     let (map, counts) = built.ok_or(Error::Interrupted)?;
     let [width, height] = map.size();
     let coverage = builder.coverage();
-    let info = MapInfo {
-        camera: Some(*builder.camera()),
-        samples: Some(coverage * coverage),
-        ..MapInfo::default()
-    };
+    let info = MapInfo::new().with_camera(*builder.camera()).with_samples(coverage * coverage);
     let mut metadata = Metadata::new(width, height, T::CHANNELS as u8, info);
     describe(&mut metadata);
     let layering = Layering {
@@ -291,7 +287,7 @@ where
                 .flat_map(|row| columns.clone().map(move |column| (column, row)));
             let pushed = places.try_for_each(|(x, y)| lists.push_pixel(map.pixel(x, y)));
             let tile = FragmentTile { size: [rect.width, rect.height], columns: lists };
-            let encode = |()| Fragments::encode(&tile, Codec::Exact, options.block);
+            let encode = |()| Fragments::encode(&tile, Codec::Exact, options.packing);
             Some(pushed.map_err(Error::from).and_then(encode))
         };
         let tiles: Vec<_> = (0..columns).into_par_iter().map(encode).collect();

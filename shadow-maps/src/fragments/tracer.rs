@@ -4,11 +4,9 @@ use std::convert::Infallible;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use dsm_core::detail::Result;
 use dsm_core::detail::random::golden;
-use dsm_core::{
-    AreaLight, LightShape, LightVisibility, OcclusionTracer, ShadedPoint, Transmittance,
-};
+use dsm_core::detail::{LightShape, Result};
+use dsm_core::{AreaLight, LightVisibility, OcclusionTracer, ShadedPoint, Transmittance};
 use dsm_io::detail::KindReader;
 use dsm_trace::detail::{LightFrame, TraceCounters, TraceStatistics};
 use fearless_simd::{Level, Simd, SimdBase, dispatch, f32x16};

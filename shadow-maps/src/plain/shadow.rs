@@ -39,7 +39,7 @@ use super::pcf::PercentageCloserFilter;
 /// let mut settings = DepthMapSettings::new([32, 32], 1)?;
 /// settings.camera = Some(camera);
 /// let filter = PercentageCloserFilter::new(DepthMap::sample(&source, &settings)?, 16)?;
-/// let info = MapInfo { camera: Some(camera), ..MapInfo::default() };
+/// let info = MapInfo::new().with_camera(camera);
 /// let shadow = PercentageCloserShadow::new(filter, ShadowLookup::new(&info, [32, 32])?);
 /// let light = AreaLight::rectangle(DVec3::ZERO, DVec3::X * 0.5, DVec3::Y * 0.5);
 /// let at = |depth: f64| shadow.visibility(DVec3::Z * -depth, &light, 0);

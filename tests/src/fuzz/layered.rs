@@ -2,7 +2,7 @@
 
 use dsm_core::{Rgb, Transmittance};
 use dsm_io::detail::{Container, ErasedMap, Kinds, MapKind, Memory};
-use dsm_io::{Block, Codec};
+use dsm_io::{Codec, Packing};
 use mtsm::detail::{Layers, Mtsm};
 use shadow_maps::detail::{FragmentColumns, FragmentTile, Fragments};
 
@@ -147,6 +147,6 @@ fn range<T: Transmittance>(words: &[u32], size: [u32; 2]) -> Option<[f32; 2]> {
     let coverage = coverage.collect();
     let columns = FragmentColumns { offsets, w, gradients, facing, opacities, coverage };
     let tile = FragmentTile::new(size, columns).ok()?;
-    let encoded = Fragments::encode(&tile, Codec::Exact, Block::Plain).ok()?;
+    let encoded = Fragments::encode(&tile, Codec::Exact, Packing::Plain).ok()?;
     Some([encoded.z_min, encoded.z_max])
 }

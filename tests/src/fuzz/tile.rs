@@ -2,7 +2,7 @@
 
 use dsm_core::{Rgb, Transmittance};
 use dsm_io::detail::{EncodedTile, Tile, TileId};
-use dsm_io::{Block, Codec, MapReader};
+use dsm_io::{Codec, MapReader, Packing};
 
 use super::limits;
 use crate::forge::{Assembly, Forge};
@@ -95,8 +95,8 @@ fn check<T: Transmittance>(reader: &MapReader) -> bool {
 
 fn written_again<T: Transmittance>(tile: &Tile<'_, T>) {
     for codec in [Codec::Exact, Codec::Quantized] {
-        for block in [Block::Plain, Block::Zstd] {
-            let encoded = EncodedTile::encode(tile.view(), codec, block);
+        for packing in [Packing::Plain, Packing::Zstd] {
+            let encoded = EncodedTile::encode(tile.view(), codec, packing);
             assert!(encoded.is_ok(), "{:?}", encoded.err());
         }
     }

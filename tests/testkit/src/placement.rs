@@ -1,6 +1,7 @@
 //! Placement of a scene: its position and the size of its unit.
 
-use dsm_core::{AreaLight, Facing, LightShape, ShadedPoint, ShadowCamera};
+use dsm_core::detail::LightShape;
+use dsm_core::{AreaLight, Facing, ShadedPoint, ShadowCamera};
 use glam::{DMat4, DVec3};
 
 /// A similarity of the world: points are scaled about the origin, then shifted.

@@ -1,7 +1,7 @@
 //! Scenes whose answers have a formula.
 
-use dsm_core::{PixelSampling, Projection, Rgb, Tolerance, View, VisibilityField};
-use dsm_scene::{Light, LightOutline, Object, Scene, Shape, Volume};
+use dsm_core::{LightExtent, PixelSampling, Projection, Rgb, Tolerance, View, VisibilityField};
+use dsm_scene::{Light, Object, Scene, Shape, Volume};
 use glam::{DVec3, UVec3};
 
 use crate::support::{Stage, scene_file};
@@ -29,8 +29,8 @@ fn homogeneous(projection: Projection) -> Stage {
     let volume = Volume::from_fn(voxels, apart, lowest, |_| 1.0).unwrap();
     let object = Object { density: EXTINCTION, ..Object::new(Shape::Volume(volume)) };
     let view = View { eye: DVec3::ZERO, target: DVec3::NEG_Y, up: DVec3::Z };
-    let light = Light { view, projection, outline: LightOutline::Point };
-    Stage::new(Scene { light, ..Scene::of_objects(vec![object]) })
+    let light = Light { view, projection, extent: LightExtent::POINT };
+    Stage::new(Scene::of_objects(vec![object]).with_light(light))
 }
 
 /// The largest error of the optical depth, and of V at `tolerance`.

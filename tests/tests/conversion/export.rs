@@ -169,7 +169,8 @@ fn windows_begin_at_0_where_the_map_knows_none() {
     let window = Window { min: [0, 0], max: [2, 1] };
     let upside_down = PixelWindow { min: [4, 4], max: [2, 2] };
     for display_window in [None, Some(upside_down)] {
-        let info = MapInfo { display_window, ..MapInfo::default() };
+        let mut info = MapInfo::new();
+        info.display_window = display_window;
         let metadata = Metadata::new(3, 2, 3, info);
         let (told, _) = exported(metadata, &ExportOptions::default(), folder.path());
         assert_eq!((told.data_window, told.display_window), (window, window));
@@ -211,7 +212,7 @@ fn what_cannot_be_written_is_refused() {
         assert!(error.contains("1 to 4096"), "{error}");
     }
     let far = PixelWindow { min: [i32::MAX - 1, 0], max: [i32::MAX, 0] };
-    let info = MapInfo { data_window: Some(far), ..MapInfo::default() };
+    let info = MapInfo::new().with_data_window(far);
     let pixels = DeepMap::new(info, PixelLists::<f32>::clear(2, 1));
     let metadata = Metadata::new(2, 1, 1, info);
     write_map(&map, metadata, &pixels, AchievedError::NONE, WriteOptions::default()).unwrap();

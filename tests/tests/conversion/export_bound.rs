@@ -168,7 +168,7 @@ fn export<T: Transmittance>(
     let min = [-3, -2];
     let data_window =
         PixelWindow { min, max: [min[0] + width as i32 - 1, min[1] + height as i32 - 1] };
-    let info = MapInfo { data_window: Some(data_window), ..MapInfo::default() };
+    let info = MapInfo::new().with_data_window(data_window);
     let metadata = Metadata::new(width, height, T::CHANNELS as u8, info);
     let map = DeepMap::new(info, pixels.clone());
     let (input, output) = (folder.join("map.dsm"), folder.join("image.exr"));

@@ -8,7 +8,8 @@ use dsm_core::{MapInfo, PixelListsBuilder, Progress, Vertex};
 use dsm_io::deep_exr::{self, DeepExrReader, Window};
 use dsm_io::detail::{MapWriter, TileId, compare};
 use dsm_io::{
-    AchievedError, Attribute, Block, Limits, MapReader, MapSource, Metadata, WriteOptions, convert,
+    AchievedError, Attribute, Limits, MapReader, MapSource, Metadata, Packing, WriteOptions,
+    convert,
 };
 
 use super::{IMAGES, converted, image, open, options};
@@ -19,9 +20,9 @@ fn a_copy_has_the_same_functions_whatever_its_tiles_and_blocks() {
     for name in IMAGES {
         let original = folder.path().join("original.dsm");
         convert(&mut open(&image(name)), &original, &options(0.01, 64), Progress::ignore).unwrap();
-        for block in [Block::Plain, Block::Zstd] {
+        for packing in [Packing::Plain, Packing::Zstd] {
             let mut options = options(0.0, 7);
-            options.write = options.write.with_block(block);
+            options.write = options.write.with_packing(packing);
             let copy = converted(&original, folder.path(), &options);
             let difference =
                 compare(&mut open(&original), &mut open(&copy), Progress::ignore).unwrap();

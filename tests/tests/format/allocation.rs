@@ -6,7 +6,7 @@
 use std::process::Command;
 
 use dsm_core::Rgb;
-use dsm_io::{Block, Limits, MapReader};
+use dsm_io::{Limits, MapReader, Packing};
 use dsm_tests::forge::Forge;
 
 use crate::examples::coloured;
@@ -42,7 +42,7 @@ fn numbers_of_2_to_the_60_take_no_memory() {
         return;
     }
     const MEBIBYTE: u64 = 1 << 10;
-    let files = [Block::Plain, Block::Zstd].map(|block| coloured(block).bytes());
+    let files = [Packing::Plain, Packing::Zstd].map(|packing| coloured(packing).bytes());
     // Whatever the libraries set up the first time.
     files.iter().for_each(|file| read(file.clone()));
     let before = peak();

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use dsm_core::detail::PixelLists;
 use dsm_io::detail::{MapWriter, TileId};
-use dsm_io::{AchievedError, Block, Limits, MapReader, Metadata, WriteOptions};
+use dsm_io::{AchievedError, Limits, MapReader, Metadata, Packing, WriteOptions};
 
 use crate::examples::{document, mono};
 
@@ -24,7 +24,7 @@ fn an_unfinished_map_leaves_the_old_one() {
     old.write(&path).unwrap();
     let before = std::fs::read(&path).unwrap();
 
-    let new = mono(Block::Plain);
+    let new = mono(Packing::Plain);
     let mut writer = MapWriter::create(&path, new.metadata.clone(), new.options).unwrap();
     let corner = PixelLists::<f32>::clear(8, 8);
     writer.write_tile(TileId::new(0, 0, 0), corner.view(), AchievedError::NONE).unwrap();
@@ -41,7 +41,7 @@ fn a_reader_keeps_the_map_that_is_replaced() {
     let path = folder.path().join("map.dsm");
     document().write(&path).unwrap();
     let reader = MapReader::open(&path, &Limits::default()).unwrap();
-    mono(Block::Plain).write(&path).unwrap();
+    mono(Packing::Plain).write(&path).unwrap();
     assert!(reader.verify().is_empty());
     assert_eq!(reader.metadata().width, 3);
     assert_eq!(MapReader::open(&path, &Limits::default()).unwrap().metadata().width, 19);
@@ -76,7 +76,7 @@ fn the_file_may_be_read_by_whom_the_mask_allows() {
 
 #[test]
 fn files_are_the_same_whenever_they_are_written() {
-    assert!(mono(Block::Zstd).bytes() == mono(Block::Zstd).bytes());
+    assert!(mono(Packing::Zstd).bytes() == mono(Packing::Zstd).bytes());
 }
 
 #[cfg(unix)]

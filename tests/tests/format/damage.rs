@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use dsm_core::{MapInfo, Vertex};
 use dsm_io::detail::{Container, Source};
-use dsm_io::{AchievedError, Block, Limits, MapReader, Metadata, WriteOptions};
+use dsm_io::{AchievedError, Limits, MapReader, Metadata, Packing, WriteOptions};
 use dsm_tests::forge::Forge;
 use dsm_tests::whole_message;
 use rayon::prelude::*;
@@ -25,9 +25,9 @@ fn problems(bytes: Vec<u8>) -> Vec<String> {
 fn every_kind() -> [Vec<u8>; 4] {
     [
         document().bytes(),
-        coloured(Block::Plain).bytes(),
-        mono(Block::Zstd).bytes(),
-        coloured(Block::Zstd).bytes(),
+        coloured(Packing::Plain).bytes(),
+        mono(Packing::Zstd).bytes(),
+        coloured(Packing::Zstd).bytes(),
     ]
 }
 
@@ -60,7 +60,7 @@ impl Source for Shared {
 }
 
 /// 96 × 96 pixels of 16 steps each at depths that don't pack, over a megabyte.
-fn large(block: Block) -> Vec<u8> {
+fn large(packing: Packing) -> Vec<u8> {
     let pixel = |index: u64| {
         let mut vertices = Vec::new();
         let mut value = 1.0_f32;
@@ -75,7 +75,7 @@ fn large(block: Block) -> Vec<u8> {
     };
     let pixels = build(96, 96, (0..96 * 96).map(pixel));
     let metadata = Metadata::new(96, 96, 1, MapInfo::default());
-    let options = WriteOptions::default().with_tile_size(16).with_block(block);
+    let options = WriteOptions::default().with_tile_size(16).with_packing(packing);
     Example { metadata, pixels, error: AchievedError::NONE, options }.bytes()
 }
 
@@ -84,8 +84,8 @@ fn large(block: Block) -> Vec<u8> {
 fn a_changed_byte_of_a_large_map_is_found() {
     let long = dsm_testkit::is_long();
     let flips: u64 = if long { 10_000 } else { 1000 };
-    for block in [Block::Plain, Block::Zstd] {
-        let file = large(block);
+    for packing in [Packing::Plain, Packing::Zstd] {
+        let file = large(packing);
         assert!(file.len() > 1 << 20, "{}", file.len());
         let unnoticed: Vec<_> = (0..flips)
             .into_par_iter()
@@ -361,7 +361,7 @@ fn packed_tiles(file: &[u8]) -> Vec<Defect> {
 
 /// Every defect but those in files that a newer zstd may write otherwise.
 pub(crate) fn defects() -> Vec<Defect> {
-    let (file, colour) = (document().bytes(), coloured(Block::Plain).bytes());
+    let (file, colour) = (document().bytes(), coloured(Packing::Plain).bytes());
     let mut defects = other_files(&file);
     defects.extend(container(&file));
     defects.extend(metadata(&file));
@@ -372,7 +372,7 @@ pub(crate) fn defects() -> Vec<Defect> {
 
 #[test]
 fn every_defect_is_named() {
-    let packed = packed_tiles(&mono(Block::Zstd).bytes());
+    let packed = packed_tiles(&mono(Packing::Zstd).bytes());
     let unnamed: Vec<_> = defects()
         .into_iter()
         .chain(packed)
@@ -384,7 +384,7 @@ fn every_defect_is_named() {
 
 #[test]
 fn verify_finds_more_than_the_first_problem() {
-    let mut forge = Forge(coloured(Block::Plain).bytes());
+    let mut forge = Forge(coloured(Packing::Plain).bytes());
     for tile in [0, 1] {
         let at = forge.payload(tile);
         forge.put(at, [7]);

@@ -6,7 +6,7 @@ use dsm_core::detail::PixelLists;
 use dsm_core::{
     DeepMap, Filter, FilterShape, MapInfo, Rgb, ShadowCamera, Tolerance, Transmittance, Vertex,
 };
-use dsm_io::{AchievedError, Attribute, Block, Metadata, WriteOptions, write_map};
+use dsm_io::{AchievedError, Attribute, Metadata, Packing, WriteOptions, write_map};
 use glam::{DMat4, Mat4, Vec3, Vec4};
 
 use crate::pixels::build;
@@ -37,7 +37,7 @@ impl<T: Transmittance> Example<T> {
 /// The example of the document: 3 × 1 pixels in tiles of 2 × 2, of which the
 /// second is empty.
 pub(crate) fn document() -> Example<f32> {
-    let info = MapInfo { tolerance: Tolerance::new(0.0625).unwrap(), ..MapInfo::default() };
+    let info = MapInfo::new().with_tolerance(Tolerance::new(0.0625).unwrap());
     let mut metadata = Metadata::new(3, 1, 1, info);
     metadata.software = "example".to_owned();
     let step = vec![Vertex::new(2.0, 1.0), Vertex::new(2.0, 0.25)];
@@ -60,13 +60,11 @@ fn metadata(channels: u8) -> Metadata {
         world_to_camera: Some(wide(view)),
         world_to_ndc: Some(wide(projection * view)),
     };
-    let info = MapInfo {
-        camera: Some(camera),
-        tolerance: Tolerance::new(0.02).unwrap(),
-        samples: Some(16),
-        filter: Some(Filter::new(FilterShape::Tent, 2.0).unwrap()),
-        ..MapInfo::default()
-    };
+    let info = MapInfo::new()
+        .with_camera(camera)
+        .with_tolerance(Tolerance::new(0.02).unwrap())
+        .with_samples(16)
+        .with_filter(Filter::new(FilterShape::Tent, 2.0).unwrap());
     let mut metadata = Metadata::new(19, 13, channels, info);
     metadata.software = "golden 1.0".to_owned();
     metadata.attributes.insert("owner".to_owned(), Attribute::string("lighting"));
@@ -100,19 +98,19 @@ fn pixels<T: Transmittance>() -> PixelLists<T> {
     )
 }
 
-fn golden<T: Transmittance>(block: Block) -> Example<T> {
+fn golden<T: Transmittance>(packing: Packing) -> Example<T> {
     Example {
         metadata: metadata(T::CHANNELS as u8),
         pixels: pixels(),
         error: AchievedError { max: 0.015_625, mean: 0.007_812_5 },
-        options: WriteOptions::default().with_tile_size(8).with_block(block),
+        options: WriteOptions::default().with_tile_size(8).with_packing(packing),
     }
 }
 
-pub(crate) fn mono(block: Block) -> Example<f32> {
-    golden(block)
+pub(crate) fn mono(packing: Packing) -> Example<f32> {
+    golden(packing)
 }
 
-pub(crate) fn coloured(block: Block) -> Example<Rgb> {
-    golden(block)
+pub(crate) fn coloured(packing: Packing) -> Example<Rgb> {
+    golden(packing)
 }

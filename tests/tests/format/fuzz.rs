@@ -1,6 +1,6 @@
 //! No bytes make the reader panic, hang or take memory without limit.
 
-use dsm_io::Block;
+use dsm_io::Packing;
 use dsm_tests::fuzz::read_everything;
 use proptest::prelude::*;
 
@@ -47,9 +47,9 @@ proptest! {
     ) {
         let mut forge = Forge(match file {
             0 => document().bytes(),
-            1 => mono(Block::Zstd).bytes(),
-            2 => coloured(Block::Plain).bytes(),
-            _ => coloured(Block::Zstd).bytes(),
+            1 => mono(Packing::Zstd).bytes(),
+            2 => coloured(Packing::Plain).bytes(),
+            _ => coloured(Packing::Zstd).bytes(),
         });
         for (position, structural, value) in changes {
             // Structures begin at multiples of 4, and most stand at the end.

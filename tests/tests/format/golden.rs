@@ -1,7 +1,7 @@
 //! Deep maps that were written once stay readable.
 
 use dsm_core::{Rgb, Transmittance};
-use dsm_io::{AnyDeepMap, Block, Limits, MapReader};
+use dsm_io::{AnyDeepMap, Limits, MapReader, Packing};
 use dsm_tests::golden;
 
 use crate::damage::defects;
@@ -24,15 +24,15 @@ fn check<T: Transmittance>(name: &str, example: &Example<T>) -> Vec<u8> {
 fn files_of_version_1_0() {
     let plain = [
         (check("document.dsm", &document()), document().bytes()),
-        (check("mono_plain.dsm", &mono(Block::Plain)), mono(Block::Plain).bytes()),
-        (check("rgb_plain.dsm", &coloured(Block::Plain)), coloured(Block::Plain).bytes()),
+        (check("mono_plain.dsm", &mono(Packing::Plain)), mono(Packing::Plain).bytes()),
+        (check("rgb_plain.dsm", &coloured(Packing::Plain)), coloured(Packing::Plain).bytes()),
     ];
     for (golden, now) in plain {
         assert!(golden == now, "the writer writes other bytes than before");
     }
     // Another version of zstd may pack otherwise.
-    check("mono_zstd.dsm", &mono(Block::Zstd));
-    check("rgb_zstd.dsm", &coloured(Block::Zstd));
+    check("mono_zstd.dsm", &mono(Packing::Zstd));
+    check("rgb_zstd.dsm", &coloured(Packing::Zstd));
 }
 
 #[test]

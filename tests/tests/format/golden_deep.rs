@@ -1,4 +1,4 @@
-//! Deep maps of every codec and block that were written once stay readable, number
+//! Deep maps of every codec and packing that were written once stay readable, number
 //! by number, with their levels, and so does a crop.
 //!
 //! What the files must hold is computed here, from a pixel's place alone.
@@ -6,7 +6,7 @@
 use dsm_core::detail::PixelLists;
 use dsm_core::{MapInfo, Rgb, Transmittance, Vertex};
 use dsm_io::detail::{Crop, Level, MapWriter, TileId, TileRect};
-use dsm_io::{AchievedError, Block, Codec, Limits, MapReader, Metadata, WriteOptions};
+use dsm_io::{AchievedError, Codec, Limits, MapReader, Metadata, Packing, WriteOptions};
 use dsm_tests::golden;
 
 use crate::pixels::build;
@@ -37,7 +37,7 @@ fn tile<T: Transmittance>(level: u32, rect: TileRect, first: [u32; 2]) -> PixelL
 
 /// A file of level 0, or of a crop, and of more levels.
 fn write<T: Transmittance>(
-    (codec, block): (Codec, Block),
+    (codec, packing): (Codec, Packing),
     crop: Option<Crop>,
     levels: &[Level],
 ) -> Vec<u8> {
@@ -45,7 +45,7 @@ fn write<T: Transmittance>(
     let path = folder.path().join("golden.dsm");
     let mut metadata = Metadata::new(SIZE[0], SIZE[1], T::CHANNELS as u8, MapInfo::default());
     metadata.software = "golden 1.0".to_owned();
-    let options = WriteOptions::default().with_tile_size(8).with_codec(codec).with_block(block);
+    let options = WriteOptions::default().with_tile_size(8).with_codec(codec).with_packing(packing);
     let mut writer = match crop {
         None => MapWriter::create(&path, metadata, options).unwrap(),
         Some(crop) => MapWriter::create_crop(&path, metadata, crop, options).unwrap(),
@@ -68,12 +68,12 @@ fn write<T: Transmittance>(
 
 fn check<T: Transmittance>(
     name: &str,
-    (codec, block): (Codec, Block),
+    (codec, packing): (Codec, Packing),
     crop: Option<Crop>,
     levels: &[Level],
 ) {
     let name = format!("golden/{name}.dsm");
-    let bytes = golden::file(&name, || write::<T>((codec, block), crop, levels));
+    let bytes = golden::file(&name, || write::<T>((codec, packing), crop, levels));
     let reader = MapReader::from_bytes(bytes, &Limits::default()).unwrap();
     assert!(reader.verify().is_empty(), "{name}: {:?}", reader.verify());
     assert_eq!(reader.container().version(), [1, 0], "{name}");
@@ -95,17 +95,17 @@ fn check<T: Transmittance>(
             quantized += usize::from(entry.codec == 1);
         }
     }
-    assert_eq!(packed > 0, block == Block::Zstd, "{name}: {packed} packed tiles");
+    assert_eq!(packed > 0, packing == Packing::Zstd, "{name}: {packed} packed tiles");
     assert_eq!(quantized > 0, codec == Codec::Quantized, "{name}: {quantized} quantized tiles");
 }
 
 #[test]
 fn deep_maps_of_version_1() {
     for codec in [Codec::Exact, Codec::Quantized] {
-        for (block, of) in [(Block::Plain, "plain"), (Block::Zstd, "zstd")] {
+        for (packing, of) in [(Packing::Plain, "plain"), (Packing::Zstd, "zstd")] {
             let name = format!("deep_{}_{of}", codec.name());
-            check::<f32>(&format!("{name}_mono"), (codec, block), None, &[]);
-            check::<Rgb>(&format!("{name}_rgb"), (codec, block), None, &[]);
+            check::<f32>(&format!("{name}_mono"), (codec, packing), None, &[]);
+            check::<Rgb>(&format!("{name}_rgb"), (codec, packing), None, &[]);
         }
     }
 }
@@ -118,7 +118,7 @@ fn levels_views_and_crops_of_version_1() {
         ..Level::new(size[0], size[1], 8, 0.0)
     };
     let levels = [level(0, 1, [6, 5]), level(0, 2, [3, 3]), level(1, 0, [4, 10])];
-    let plain = (Codec::Exact, Block::Plain);
+    let plain = (Codec::Exact, Packing::Plain);
     check::<f32>("deep_levels_mono", plain, None, &levels);
     check::<Rgb>("deep_levels_rgb", plain, None, &levels);
     let crop = Crop { x: 8, y: 0, width: 4, height: 9 };

@@ -26,17 +26,15 @@ fn info() -> impl Strategy<Value = MapInfo> {
             .prop_map(|width| Filter::new(FilterShape::Tent, f32::from_bits(width)).unwrap()),
     );
     (camera, tolerance, any::<Option<u32>>(), filter, window(), window()).prop_map(
-        |(camera, tolerance, samples, filter, data_window, display_window)| MapInfo {
-            camera: camera.map(|(world_to_camera, world_to_ndc)| ShadowCamera {
+        |(camera, tolerance, samples, filter, data_window, display_window)| {
+            let mut info = MapInfo::new().with_tolerance(Tolerance::new(tolerance).unwrap());
+            info.camera = camera.map(|(world_to_camera, world_to_ndc)| ShadowCamera {
                 world_to_camera,
                 world_to_ndc,
-            }),
-            tolerance: Tolerance::new(tolerance).unwrap(),
-            samples,
-            filter,
-            data_window,
-            display_window,
-            ..MapInfo::default()
+            });
+            (info.samples, info.filter) = (samples, filter);
+            (info.data_window, info.display_window) = (data_window, display_window);
+            info
         },
     )
 }
@@ -164,7 +162,7 @@ fn unknown_keys_are_skipped() {
 #[test]
 fn what_json_cannot_say_is_refused() {
     let camera = ShadowCamera { world_to_camera: Some(DMat4::NAN), world_to_ndc: None };
-    let info = MapInfo { camera: Some(camera), ..MapInfo::default() };
+    let info = MapInfo::new().with_camera(camera);
     assert!(Metadata::new(1, 1, 1, info).to_json().is_err());
     assert!(Metadata::new(1, 1, 2, MapInfo::default()).to_json().is_err());
     assert!(Metadata::new(0, 1, 1, MapInfo::default()).to_json().is_err());

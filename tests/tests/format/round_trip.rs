@@ -4,7 +4,7 @@ use dsm_core::detail::{PixelLists, PixelListsView};
 use dsm_core::{DeepMap, MapInfo, Rgb, Transmittance};
 use dsm_io::detail::TileId;
 use dsm_io::{
-    AchievedError, AnyDeepMap, Block, Limits, MapReader, Metadata, WriteOptions, write_map,
+    AchievedError, AnyDeepMap, Limits, MapReader, Metadata, Packing, WriteOptions, write_map,
 };
 use dsm_testkit::config;
 use proptest::prelude::*;
@@ -61,8 +61,9 @@ fn check<T: Transmittance>(pixels: &PixelLists<T>, options: WriteOptions) {
 }
 
 fn options() -> impl Strategy<Value = WriteOptions> {
-    (1_u32..=10, prop_oneof![Just(Block::Plain), Just(Block::Zstd)])
-        .prop_map(|(size, block)| WriteOptions::default().with_tile_size(size).with_block(block))
+    (1_u32..=10, prop_oneof![Just(Packing::Plain), Just(Packing::Zstd)]).prop_map(
+        |(size, packing)| WriteOptions::default().with_tile_size(size).with_packing(packing),
+    )
 }
 
 proptest! {

@@ -8,7 +8,7 @@ use dsm_core::{MapInfo, Rgb};
 use dsm_io::detail::{
     Container, ContainerWriter, EncodedTile, Level, MapWriter, SectionKind, Source, Tile, TileId,
 };
-use dsm_io::{AchievedError, Block, Error, Limits, MapReader, Metadata, WriteOptions};
+use dsm_io::{AchievedError, Error, Limits, MapReader, Metadata, Packing, WriteOptions};
 use dsm_tests::forge::Forge;
 
 use crate::examples::{coloured, document, mono};
@@ -167,10 +167,10 @@ fn limits_stop_a_file_before_it_takes_memory() {
         ("bytes of a tile", |limits| limits.max_chunk_bytes = 100),
         ("bytes of a file in memory", |limits| limits.max_in_memory_bytes = 1000),
     ];
-    for block in [Block::Plain, Block::Zstd] {
+    for packing in [Packing::Plain, Packing::Zstd] {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("map.dsm");
-        coloured(block).write(&path).unwrap();
+        coloured(packing).write(&path).unwrap();
         for (what, lower) in cases {
             let mut limits = Limits::default();
             lower(&mut limits);
@@ -184,7 +184,7 @@ fn limits_stop_a_file_before_it_takes_memory() {
 
 #[test]
 fn a_packed_map_is_measured_unpacked() {
-    let bytes = coloured(Block::Zstd).bytes();
+    let bytes = coloured(Packing::Zstd).bytes();
     let mut limits = Limits::default();
     limits.max_in_memory_bytes = 2 * bytes.len() as u64;
     let read = MapReader::from_bytes(bytes, &limits).unwrap().read_map::<Rgb>(0);
@@ -196,11 +196,11 @@ fn a_packed_map_is_measured_unpacked() {
 fn plain_tiles_are_used_where_they_lie() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.dsm");
-    for (block, in_place) in [(Block::Plain, true), (Block::Zstd, false)] {
-        mono(block).write(&path).unwrap();
+    for (packing, in_place) in [(Packing::Plain, true), (Packing::Zstd, false)] {
+        mono(packing).write(&path).unwrap();
         let reader = MapReader::open(&path, &Limits::default()).unwrap();
         let tile = reader.tile::<f32>(TileId::default()).unwrap();
-        assert_eq!(matches!(tile, Tile::Borrowed(_)), in_place, "{block:?}");
+        assert_eq!(matches!(tile, Tile::Borrowed(_)), in_place, "{packing:?}");
     }
 }
 
@@ -233,7 +233,7 @@ impl Source for Odd {
 
 #[test]
 fn bytes_that_are_not_aligned_are_copied() {
-    let bytes = coloured(Block::Plain).bytes();
+    let bytes = coloured(Packing::Plain).bytes();
     let container = Container::from_source(Odd::new(&bytes), &Limits::default()).unwrap();
     let reader = MapReader::new(container, &Limits::default()).unwrap();
     assert!(reader.verify().is_empty());

@@ -9,7 +9,7 @@ use dsm_core::{
     filtered_lookup,
 };
 use dsm_io::detail::{Container, Result, Source, TileCache, TileId};
-use dsm_io::{AchievedError, Block, Error, Limits, MapReader, Metadata, WriteOptions, write_map};
+use dsm_io::{AchievedError, Error, Limits, MapReader, Metadata, Packing, WriteOptions, write_map};
 
 /// Hands out copies of ranges, keeps a list of them, and none longer than it may.
 #[derive(Clone, Debug)]
@@ -62,10 +62,10 @@ fn map() -> DeepMap<f32> {
     DeepMap::new(MapInfo::default(), pixels.finish().unwrap())
 }
 
-fn file(block: Block) -> Vec<u8> {
+fn file(packing: Packing) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.dsm");
-    let options = WriteOptions::default().with_tile_size(8).with_block(block);
+    let options = WriteOptions::default().with_tile_size(8).with_packing(packing);
     let metadata = Metadata::new(64, 64, 1, MapInfo::default());
     write_map(&path, metadata, &map(), AchievedError::NONE, options).unwrap();
     std::fs::read(path).unwrap()
@@ -73,8 +73,8 @@ fn file(block: Block) -> Vec<u8> {
 
 #[test]
 fn opening_reads_what_stands_around_the_tiles() {
-    for block in [Block::Plain, Block::Zstd] {
-        let store = Store::new(file(block), u64::MAX);
+    for packing in [Packing::Plain, Packing::Zstd] {
+        let store = Store::new(file(packing), u64::MAX);
         let reader = store.open().unwrap();
         let asked = store.asked();
         // Prologue, section table, levels, directory, metadata: one range each, and
@@ -98,7 +98,7 @@ fn opening_reads_what_stands_around_the_tiles() {
 
 #[test]
 fn lookups_read_the_tiles_that_they_touch() {
-    let store = Store::new(file(Block::Zstd), 1 << 14);
+    let store = Store::new(file(Packing::Zstd), 1 << 14);
     let cache = TileCache::new(1 << 20);
     let cached = cache.insert::<f32, _>(store.open().unwrap()).unwrap();
     store.asked();
@@ -116,7 +116,7 @@ fn lookups_read_the_tiles_that_they_touch() {
 #[test]
 fn what_a_source_says_is_what_callers_hear() {
     // No range of more than 64 bytes: the prologue, and no further.
-    let refused = Store::new(file(Block::Plain), 64).open().unwrap_err();
+    let refused = Store::new(file(Packing::Plain), 64).open().unwrap_err();
     assert_eq!(refused.to_string(), "that is too much at once");
 
     /// Hands out less than it was asked for.
@@ -134,6 +134,6 @@ fn what_a_source_says_is_what_callers_hear() {
         }
     }
 
-    let refused = Container::from_source(Short(file(Block::Plain)), &Limits::default());
+    let refused = Container::from_source(Short(file(Packing::Plain)), &Limits::default());
     assert!(matches!(refused, Err(Error::Truncated { .. })), "{refused:?}");
 }

@@ -7,7 +7,7 @@ use dsm_io::detail::{
     StoredTile, TileCache, TileColumn, TileId,
 };
 use dsm_io::{
-    AchievedError, Block, Codec, Error, Limits, MapSummary, Metadata, PixelContents, WriteOptions,
+    AchievedError, Codec, Error, Limits, MapSummary, Metadata, Packing, PixelContents, WriteOptions,
 };
 use serde::{Deserialize, Serialize};
 
@@ -53,12 +53,16 @@ impl MapKind for Walls {
         Err(Error::Metadata("walls are between clear and black".to_owned()))
     }
 
-    fn encode<T: Transmittance>(tile: &WallTile, _: Codec, block: Block) -> Result<EncodedTile> {
+    fn encode<T: Transmittance>(
+        tile: &WallTile,
+        _: Codec,
+        packing: Packing,
+    ) -> Result<EncodedTile> {
         let walls = || tile.depths.iter().copied().filter(|&depth| depth > 0.0);
         let Some(nearest) = walls().reduce(f32::min) else { return Ok(EncodedTile::default()) };
         let range = [nearest, walls().fold(0.0, f32::max)];
         let columns = [TileColumn::of_floats(&tile.depths)];
-        EncodedTile::of_columns(&columns, walls().count() as u64, range, block)
+        EncodedTile::of_columns(&columns, walls().count() as u64, range, packing)
     }
 
     fn empty<T: Transmittance>(size: [u32; 2], keys: &WallKeys) -> Result<WallTile> {
@@ -112,7 +116,7 @@ fn depth(x: u32, y: u32) -> f32 {
 
 fn write<T: Transmittance>(path: &std::path::Path, darkness: f32) -> Result<u64> {
     let metadata = Metadata::new(5, 3, T::CHANNELS as u8, MapInfo::default());
-    let options = WriteOptions::default().with_tile_size(2).with_block(Block::Zstd);
+    let options = WriteOptions::default().with_tile_size(2).with_packing(Packing::Zstd);
     let keys = WallKeys { darkness };
     let mut writer = KindWriter::<Walls>::create(path, metadata, &keys, options)?;
     let level = writer.levels()[0];

@@ -10,7 +10,7 @@ use dsm_io::detail::{
     BakeReport, Container, KindReader, KindWriter, Level, MapKind, Memory, PixelValue, TileCache,
     TileId,
 };
-use dsm_io::{AchievedError, Block, Error as FileError, Limits, WriteOptions};
+use dsm_io::{AchievedError, Error as FileError, Limits, Packing, WriteOptions};
 use glam::Vec3;
 use mtsm::detail::{Layers, Mtsm, bake_layers, bake_mtsm};
 use mtsm::{MultilayerBaker, MultilayerMap};
@@ -46,8 +46,8 @@ fn planes_and_masks<T: Transmittance>() {
     let path = folder.path().join("map.dsm");
     let builder = fragments().with_coverage(8).unwrap();
     let map: FragmentMap<T> = builder.build(&Panes).unwrap();
-    for block in [Block::Plain, Block::Zstd] {
-        bake_fragments::<T, _>(&builder, &Panes, &path, packed(block), |_| {}, Progress::ignore)
+    for packing in [Packing::Plain, Packing::Zstd] {
+        bake_fragments::<T, _>(&builder, &Panes, &path, packed(packing), |_| {}, Progress::ignore)
             .unwrap();
         let reader = KindReader::<Fragments>::open(&path, &Limits::default()).unwrap();
         assert_eq!(FragmentMap::<T>::read(&reader).unwrap(), map);
@@ -81,9 +81,9 @@ fn planes_and_masks_come_back() {
 fn pixels<T: Transmittance>() {
     let (runs, depths) = (baker::<T>().map().unwrap(), baker::<T>().depth_map().unwrap());
     let planes = fragment_map::<T>();
-    let mtsm = read::<Mtsm>(file::<T>(Mtsm::NAME, Block::Zstd)).unwrap();
-    let layers = read::<Layers>(file::<T>(Layers::NAME, Block::Zstd)).unwrap();
-    let fragments = read::<Fragments>(file::<T>(Fragments::NAME, Block::Zstd)).unwrap();
+    let mtsm = read::<Mtsm>(file::<T>(Mtsm::NAME, Packing::Zstd)).unwrap();
+    let layers = read::<Layers>(file::<T>(Layers::NAME, Packing::Zstd)).unwrap();
+    let fragments = read::<Fragments>(file::<T>(Fragments::NAME, Packing::Zstd)).unwrap();
     let number = PixelValue::Number;
     let (mut occupied, mut most) = (0, 0);
     for (x, y) in (0..5).flat_map(|y| (0..6).map(move |x| (x, y))) {
@@ -143,9 +143,9 @@ fn bakes_count_hits_and_what_was_cut() {
     let count = |pixel: usize| whole.pixels().layers(pixel).len() as u64;
     let cut = (0..30).filter(|&pixel| count(pixel) > 2).count() as u64;
     assert!(cut > 3);
-    let depths = bake_layers(&few(2), &path, Block::Zstd, |_| {}, go_on).unwrap();
+    let depths = bake_layers(&few(2), &path, Packing::Zstd, |_| {}, go_on).unwrap();
     assert_eq!(depths.cut_pixels, cut);
-    let all = bake_layers(&few(32), &path, Block::Zstd, |_| {}, go_on).unwrap();
+    let all = bake_layers(&few(32), &path, Packing::Zstd, |_| {}, go_on).unwrap();
     assert_eq!((all.cut_pixels, all.hits), (0, depths.hits));
     assert!(all.hits >= (0..30).map(count).sum());
     let reader = KindReader::<Layers>::open(&path, &Limits::default()).unwrap();
@@ -153,7 +153,7 @@ fn bakes_count_hits_and_what_was_cut() {
     let layering = reader.keys().layering;
     assert_eq!((layering.resets, layering.max_layers), (0, 32));
     let [runs, cut_runs] =
-        [32, 1].map(|layers| bake_mtsm(&few(layers), &path, Block::Zstd, |_| {}, go_on).unwrap());
+        [32, 1].map(|layers| bake_mtsm(&few(layers), &path, Packing::Zstd, |_| {}, go_on).unwrap());
     assert_eq!((runs.hits, runs.cut_pixels), (all.hits, 0));
     assert!(cut_runs.cut_pixels > cut);
     let [planes, cut_planes] = [32, 2].map(|layers| {
@@ -162,7 +162,7 @@ fn bakes_count_hits_and_what_was_cut() {
             &builder,
             &source(),
             &path,
-            packed(Block::Zstd),
+            packed(Packing::Zstd),
             |_| {},
             Progress::ignore,
         )
@@ -180,11 +180,11 @@ fn crops_and_what_is_too_large_are_refused() {
     let mut crop = settings();
     crop.bake.crop = Some([0, 0, 4, 4]);
     let baker = MultilayerBaker::<f32, _>::new(source(), crop).unwrap();
-    let refused = bake_mtsm(&baker, &path, Block::Zstd, |_| {}, go_on).unwrap_err();
+    let refused = bake_mtsm(&baker, &path, Packing::Zstd, |_| {}, go_on).unwrap_err();
     assert!(refused.to_string().contains("baked whole"), "{refused}");
     assert!(!path.exists());
 
-    let bytes = file::<f32>(Mtsm::NAME, Block::Plain);
+    let bytes = file::<f32>(Mtsm::NAME, Packing::Plain);
     let within = |change: fn(&mut Limits)| {
         let mut limits = Limits::default();
         change(&mut limits);
@@ -205,7 +205,7 @@ fn crops_and_what_is_too_large_are_refused() {
 fn levels_and_views_have_tiles_of_the_kind() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.dsm");
-    let whole = read::<Mtsm>(file::<f32>(Mtsm::NAME, Block::Plain)).unwrap();
+    let whole = read::<Mtsm>(file::<f32>(Mtsm::NAME, Packing::Plain)).unwrap();
     let (keys, options) = (*whole.keys(), WriteOptions::default().with_tile_size(4));
     let metadata = whole.metadata().clone();
     let mut writer = KindWriter::<Mtsm>::create(&path, metadata, &keys, options).unwrap();
@@ -247,6 +247,6 @@ fn levels_and_views_have_tiles_of_the_kind() {
 }
 
 /// Tiles of 4 pixels packed so.
-fn packed(block: Block) -> WriteOptions {
-    WriteOptions::default().with_tile_size(4).with_block(block)
+fn packed(packing: Packing) -> WriteOptions {
+    WriteOptions::default().with_tile_size(4).with_packing(packing)
 }

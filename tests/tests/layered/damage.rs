@@ -1,7 +1,7 @@
 //! Whatever is damaged is found, behind right checksums too.
 
 use dsm_core::Rgb;
-use dsm_io::Block;
+use dsm_io::Packing;
 use dsm_io::detail::MapKind;
 use dsm_tests::forge::Forge;
 use dsm_tests::golden;
@@ -22,9 +22,9 @@ fn problems(bytes: Vec<u8>) -> Vec<String> {
 fn every_kind() -> Vec<Vec<u8>> {
     let mut files = Vec::new();
     for kind in KINDS {
-        for block in [Block::Plain, Block::Zstd] {
-            files.push(file::<f32>(kind, block));
-            files.push(file::<Rgb>(kind, block));
+        for packing in [Packing::Plain, Packing::Zstd] {
+            files.push(file::<f32>(kind, packing));
+            files.push(file::<Rgb>(kind, packing));
         }
     }
     files
@@ -95,8 +95,8 @@ fn signed(file: &[u8], says: &str, change: impl FnOnce(&mut Forge)) {
 
 #[test]
 fn what_breaks_a_rule_is_named() {
-    let mtsm = file::<f32>(Mtsm::NAME, Block::Plain);
-    let layers = file::<f32>(Layers::NAME, Block::Plain);
+    let mtsm = file::<f32>(Mtsm::NAME, Packing::Plain);
+    let layers = file::<f32>(Layers::NAME, Packing::Plain);
     let count = |f: &Forge| f.u64(f.tile_entry(0) + 24) as usize;
     let last = move |f: &Forge| f.payload(0) + f.u64(f.tile_entry(0) + 8) as usize - 4;
     let negative = (-1.0_f32).to_le_bytes();
@@ -159,7 +159,7 @@ fn what_breaks_a_rule_is_named() {
             f.put(at, longer.to_le_bytes());
         }
     });
-    let fragments = file::<f32>(Fragments::NAME, Block::Plain);
+    let fragments = file::<f32>(Fragments::NAME, Packing::Plain);
     signed(&fragments, "takes nothing away", |f| {
         let [low, high] = [last(f) - 4 * count(f), last(f)];
         f.put(low, [0; 4]);

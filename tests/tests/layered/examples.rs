@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use dsm_core::{Error, RayHits, RaySource, SamplePoint, ShadowCamera, SurfaceHit, Transmittance};
 use dsm_io::detail::{Container, ErasedMap, KindReader, Kinds, MapKind, Memory};
-use dsm_io::{Block, Limits, WriteOptions};
+use dsm_io::{Limits, Packing, WriteOptions};
 use glam::{DMat4, DVec4};
 use mtsm::detail::{Layers, Mtsm, bake_layers, bake_mtsm};
 use mtsm::{MultilayerBaker, MultilayerSettings};
@@ -78,17 +78,17 @@ pub(crate) fn fragment_map<T: Transmittance>() -> FragmentMap<T> {
 }
 
 /// The file of a map.
-pub(crate) fn file<T: Transmittance>(kind: &str, block: Block) -> Vec<u8> {
+pub(crate) fn file<T: Transmittance>(kind: &str, packing: Packing) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.dsm");
     let baker = baker::<T>();
     let watch = |_| ControlFlow::Continue(());
     let bytes = match kind {
-        Mtsm::NAME => bake_mtsm(&baker, &path, block, |_| {}, watch).unwrap().bytes,
-        Layers::NAME => bake_layers(&baker, &path, block, |_| {}, watch).unwrap().bytes,
+        Mtsm::NAME => bake_mtsm(&baker, &path, packing, |_| {}, watch).unwrap().bytes,
+        Layers::NAME => bake_layers(&baker, &path, packing, |_| {}, watch).unwrap().bytes,
         _ => {
             let source: RaySource<Ray<T>> = RaySource(sheets::<T>);
-            let options = WriteOptions::default().with_tile_size(4).with_block(block);
+            let options = WriteOptions::default().with_tile_size(4).with_packing(packing);
             bake_fragments::<T, _>(&fragments(), &source, &path, options, |_| {}, watch)
                 .unwrap()
                 .bytes

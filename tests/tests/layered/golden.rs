@@ -4,7 +4,7 @@
 
 use dsm_core::{MapInfo, Rgb, SurfaceHit, Tolerance, Transmittance};
 use dsm_io::detail::{KindReader, KindWriter, Level, MapKind, TileId, TileRect};
-use dsm_io::{AchievedError, Block, Limits, Metadata, WriteOptions};
+use dsm_io::{AchievedError, Limits, Metadata, Packing, WriteOptions};
 use dsm_tests::golden;
 use dsm_trace::detail::Layering;
 use mtsm::detail::{DepthLayers, Layer, LayeredPixels, LayeredPixelsBuilder, Layers, Mtsm};
@@ -13,7 +13,7 @@ use shadow_maps::detail::{Fragment, FragmentColumns, FragmentKeys, FragmentTile,
 /// Of level 0, in tiles of 8 × 8: the second row of tiles is one pixel high.
 const SIZE: [u32; 2] = [12, 9];
 const LAYERING: Layering = Layering { resets: 2, max_layers: 5, light_depth: 0.75 };
-const BLOCKS: [(Block, &str); 2] = [(Block::Plain, "plain"), (Block::Zstd, "zstd")];
+const PACKINGS: [(Packing, &str); 2] = [(Packing::Plain, "plain"), (Packing::Zstd, "zstd")];
 
 /// What a golden file of a kind holds.
 trait Golden: MapKind {
@@ -146,13 +146,13 @@ impl Golden for Fragments {
 }
 
 /// A whole file: of these levels, or of level 0 alone.
-fn write<K: Golden, T: Transmittance>(block: Block, levels: &[Level]) -> Vec<u8> {
+fn write<K: Golden, T: Transmittance>(packing: Packing, levels: &[Level]) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("golden.dsm");
-    let info = MapInfo { tolerance: Tolerance::new(K::TOLERANCE).unwrap(), ..MapInfo::default() };
+    let info = MapInfo::new().with_tolerance(Tolerance::new(K::TOLERANCE).unwrap());
     let mut metadata = Metadata::new(SIZE[0], SIZE[1], T::CHANNELS as u8, info);
     metadata.software = "golden 1.0".to_owned();
-    let options = WriteOptions::default().with_tile_size(8).with_block(block);
+    let options = WriteOptions::default().with_tile_size(8).with_packing(packing);
     let mut writer = KindWriter::<K>::create(&path, metadata, &K::keys(), options).unwrap();
     for level in levels {
         writer.add_level(*level).unwrap();
@@ -168,9 +168,9 @@ fn write<K: Golden, T: Transmittance>(block: Block, levels: &[Level]) -> Vec<u8>
     std::fs::read(path).unwrap()
 }
 
-fn check<K: Golden, T: Transmittance>(name: &str, block: Block, levels: &[Level]) {
+fn check<K: Golden, T: Transmittance>(name: &str, packing: Packing, levels: &[Level]) {
     let name = format!("golden/{name}.dsm");
-    let bytes = golden::file(&name, || write::<K, T>(block, levels));
+    let bytes = golden::file(&name, || write::<K, T>(packing, levels));
     let reader = KindReader::<K>::from_bytes(bytes, &Limits::default()).unwrap();
     assert!(reader.verify().is_empty(), "{name}: {:?}", reader.verify());
     assert_eq!(reader.container().version(), [1, 0], "{name}");
@@ -188,13 +188,13 @@ fn check<K: Golden, T: Transmittance>(name: &str, block: Block, levels: &[Level]
             packed += usize::from(entry.block == 1);
         }
     }
-    assert_eq!(packed > 0, block == Block::Zstd, "{name}: {packed} packed tiles");
+    assert_eq!(packed > 0, packing == Packing::Zstd, "{name}: {packed} packed tiles");
 }
 
 fn every_file<K: Golden>() {
-    for (block, of) in BLOCKS {
-        check::<K, f32>(&format!("{}_{of}_mono", K::NAME), block, &[]);
-        check::<K, Rgb>(&format!("{}_{of}_rgb", K::NAME), block, &[]);
+    for (packing, of) in PACKINGS {
+        check::<K, f32>(&format!("{}_{of}_mono", K::NAME), packing, &[]);
+        check::<K, Rgb>(&format!("{}_{of}_rgb", K::NAME), packing, &[]);
     }
     let level = |view, number, size: [u32; 2]| Level {
         view,
@@ -202,7 +202,7 @@ fn every_file<K: Golden>() {
         ..Level::new(size[0], size[1], 8, K::TOLERANCE)
     };
     let levels = [level(0, 1, [6, 5]), level(1, 0, [4, 10])];
-    check::<K, f32>(&format!("{}_levels", K::NAME), Block::Plain, &levels);
+    check::<K, f32>(&format!("{}_levels", K::NAME), Packing::Plain, &levels);
 }
 
 #[test]

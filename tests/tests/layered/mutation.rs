@@ -4,7 +4,7 @@
 use std::sync::LazyLock;
 
 use dsm_core::Rgb;
-use dsm_io::Block;
+use dsm_io::Packing;
 use dsm_tests::forge::Forge;
 use dsm_tests::fuzz::read_any_kind;
 use proptest::prelude::*;
@@ -24,8 +24,8 @@ fn config() -> ProptestConfig {
 
 /// Every kind, mono and coloured, plain and packed.
 static FILES: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
-    let blocks = [Block::Plain, Block::Zstd];
-    let of = |kind| blocks.map(|block| [file::<f32>(kind, block), file::<Rgb>(kind, block)]);
+    let blocks = [Packing::Plain, Packing::Zstd];
+    let of = |kind| blocks.map(|packing| [file::<f32>(kind, packing), file::<Rgb>(kind, packing)]);
     KINDS.into_iter().flat_map(of).flatten().collect()
 });
 

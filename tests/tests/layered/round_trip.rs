@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use dsm_core::{AreaLight, LightVisibility, Rgb, Transmittance};
 use dsm_io::detail::MapKind;
-use dsm_io::{Block, Error, Limits, MapReader};
+use dsm_io::{Error, Limits, MapReader, Packing};
 use glam::DVec3;
 use mtsm::MultilayerMap;
 use mtsm::detail::{Layers, Mtsm, MultilayerDepthMap, bake_mtsm};
@@ -12,14 +12,14 @@ use shadow_maps::detail::{FragmentMap, FragmentTracer, Fragments};
 
 use crate::examples::{KINDS, baker, file, fragment_map, open, read};
 
-const BLOCKS: [Block; 2] = [Block::Plain, Block::Zstd];
+const PACKINGS: [Packing; 2] = [Packing::Plain, Packing::Zstd];
 
 fn check<T: Transmittance>() {
     let (map, depths) = (baker::<T>().map().unwrap(), baker::<T>().depth_map().unwrap());
     assert!(map.pixels().run_count() > 20 && map.pixels().sample_count() > 30);
     assert!((0..30).any(|pixel| map.pixels().runs(pixel).len() > 1));
-    for block in BLOCKS {
-        let reader = read::<Mtsm>(file::<T>(Mtsm::NAME, block)).unwrap();
+    for packing in PACKINGS {
+        let reader = read::<Mtsm>(file::<T>(Mtsm::NAME, packing)).unwrap();
         assert_eq!(MultilayerMap::<T>::read(&reader).unwrap(), map);
         assert!(reader.verify().is_empty());
         let summary = reader.summary().unwrap();
@@ -36,7 +36,7 @@ fn check<T: Transmittance>() {
             assert!(vertices.eq(expected));
         }
 
-        let reader = read::<Layers>(file::<T>(Layers::NAME, block)).unwrap();
+        let reader = read::<Layers>(file::<T>(Layers::NAME, packing)).unwrap();
         assert_eq!(MultilayerDepthMap::<T>::read(&reader).unwrap().pixels(), depths.pixels());
         assert!(reader.verify().is_empty());
         let summary = reader.summary().unwrap();
@@ -53,8 +53,8 @@ fn check<T: Transmittance>() {
 fn check_fragments<T: Transmittance>() {
     let map = fragment_map::<T>();
     assert!(map.len() > 30);
-    for block in BLOCKS {
-        let reader = read::<Fragments>(file::<T>(Fragments::NAME, block)).unwrap();
+    for packing in PACKINGS {
+        let reader = read::<Fragments>(file::<T>(Fragments::NAME, packing)).unwrap();
         assert_eq!(FragmentMap::<T>::read(&reader).unwrap(), map);
         assert!(reader.verify().is_empty());
         assert_eq!(reader.summary().unwrap().count("fragments"), Some(map.len() as u64));
@@ -98,7 +98,7 @@ fn mono_maps_come_back() {
 #[test]
 fn coloured_maps_come_back() {
     check::<Rgb>();
-    let reader = read::<Mtsm>(file::<Rgb>(Mtsm::NAME, Block::Zstd)).unwrap();
+    let reader = read::<Mtsm>(file::<Rgb>(Mtsm::NAME, Packing::Zstd)).unwrap();
     assert!(matches!(MultilayerMap::<f32>::read(&reader), Err(Error::Channels { .. })));
 }
 
@@ -106,18 +106,19 @@ fn coloured_maps_come_back() {
 fn threads_do_not_change_the_bytes() {
     let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     for kind in KINDS {
-        let files = [1, 4].map(|threads| pool(threads).install(|| file::<f32>(kind, Block::Zstd)));
+        let files =
+            [1, 4].map(|threads| pool(threads).install(|| file::<f32>(kind, Packing::Zstd)));
         assert_eq!(files[0], files[1]);
     }
 }
 
 #[test]
 fn other_kinds_name_themselves() {
-    let bytes = file::<f32>(Mtsm::NAME, Block::Plain);
+    let bytes = file::<f32>(Mtsm::NAME, Packing::Plain);
     let refused = MapReader::from_bytes(bytes, &Limits::default()).unwrap_err();
     assert_eq!(refused.to_string(), "a map of kind \"mtsm\", not a deep shadow map");
     for kind in KINDS {
-        let map = open(file::<f32>(kind, Block::Plain)).unwrap();
+        let map = open(file::<f32>(kind, Packing::Plain)).unwrap();
         assert_eq!(map.kind(), kind);
         assert!(map.downcast_ref::<Layers>().is_some() == (kind == Layers::NAME));
         let refused = map.downcast::<dsm_io::detail::Deep>().unwrap_err();
@@ -131,7 +132,7 @@ fn a_bake_that_is_broken_off_leaves_what_was_there() {
     let path = folder.path().join("map.dsm");
     std::fs::write(&path, b"old").unwrap();
     let broken_off = |_| ControlFlow::Break(());
-    let refused = bake_mtsm(&baker::<f32>(), &path, Block::Zstd, |_| {}, broken_off);
+    let refused = bake_mtsm(&baker::<f32>(), &path, Packing::Zstd, |_| {}, broken_off);
     assert!(matches!(refused, Err(Error::Interrupted)));
     assert_eq!(std::fs::read(&path).unwrap(), b"old");
     assert_eq!(folder.path().read_dir().unwrap().count(), 1);

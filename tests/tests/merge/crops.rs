@@ -6,7 +6,7 @@ use dsm_core::detail::{PixelLists, PixelWindow};
 use dsm_core::{MapInfo, Progress, Tolerance, Transmittance, Vertex};
 use dsm_io::detail::{Container, ContainerWriter, Crop, EncodedTile, Level, MapWriter, TileId};
 use dsm_io::{
-    AchievedError, Block, Limits, MapReader, MergeReport, Metadata, PyramidOptions, WriteOptions,
+    AchievedError, Limits, MapReader, MergeReport, Metadata, Packing, PyramidOptions, WriteOptions,
     mip,
 };
 
@@ -38,7 +38,7 @@ fn part<T: Transmittance>(
 }
 
 /// Writes the tiles of `crop`, each with an error of its own.
-fn write_tiles(mut writer: MapWriter, pixels: &PixelLists<f32>, crop: Crop, block: Block) {
+fn write_tiles(mut writer: MapWriter, pixels: &PixelLists<f32>, crop: Crop, packing: Packing) {
     let level = writer.levels()[0];
     let [columns, rows] = level.tiles();
     for (y, x) in (0..rows).flat_map(|y| (0..columns).map(move |x| (y, x))) {
@@ -47,7 +47,7 @@ fn write_tiles(mut writer: MapWriter, pixels: &PixelLists<f32>, crop: Crop, bloc
         let tile = part(pixels, [place[0], place[1], rect.width, rect.height]);
         let error = (place[0] + place[1]) as f32 / 4096.0;
         let error = AchievedError { max: error, mean: error / 4.0 };
-        let encoded = EncodedTile::encode(tile.view(), Default::default(), block).unwrap();
+        let encoded = EncodedTile::encode(tile.view(), Default::default(), packing).unwrap();
         writer.write_encoded(TileId::new(0, x, y), &encoded, error).unwrap();
     }
     writer.finish().unwrap();
@@ -57,16 +57,16 @@ fn options() -> WriteOptions {
     WriteOptions::default().with_tile_size(TILE)
 }
 
-fn write_crop(path: &Path, whole: &Metadata, crop: Crop, block: Block) -> MapReader {
+fn write_crop(path: &Path, whole: &Metadata, crop: Crop, packing: Packing) -> MapReader {
     let writer = MapWriter::create_crop(path, whole.clone(), crop, options()).unwrap();
-    write_tiles(writer, &pixels(), crop, block);
+    write_tiles(writer, &pixels(), crop, packing);
     open(path)
 }
 
-fn write_whole(path: &Path, whole: &Metadata, block: Block) -> Vec<u8> {
+fn write_whole(path: &Path, whole: &Metadata, packing: Packing) -> Vec<u8> {
     let writer = MapWriter::create(path, whole.clone(), options()).unwrap();
     let crop = Crop { x: 0, y: 0, width: whole.width, height: whole.height };
-    write_tiles(writer, &pixels(), crop, block);
+    write_tiles(writer, &pixels(), crop, packing);
     open(path);
     std::fs::read(path).unwrap()
 }
@@ -87,18 +87,18 @@ const PARTS: [Crop; 4] = [
 fn crops_put_together_are_the_whole_byte_for_byte() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
-    let known = MapInfo { samples: Some(16), ..info(0.0625) };
-    for (block, info) in [(Block::Plain, info(0.0625)), (Block::Zstd, known)] {
+    let known = info(0.0625).with_samples(16);
+    for (packing, info) in [(Packing::Plain, info(0.0625)), (Packing::Zstd, known)] {
         let metadata = metadata(&pixels(), info);
-        let whole = write_whole(&path("whole.dsm"), &metadata, block);
+        let whole = write_whole(&path("whole.dsm"), &metadata, packing);
         let crops = (0..).zip(PARTS).map(|(index, part): (u8, _)| {
-            write_crop(&path(&format!("{index}.dsm")), &metadata, part, block)
+            write_crop(&path(&format!("{index}.dsm")), &metadata, part, packing)
         });
         let mut crops: Vec<_> = crops.collect();
         for _ in 0..crops.len() {
             let report = merge(&crops, &path("merged.dsm"), 0.0);
             assert_eq!(report, MergeReport::Assembled);
-            assert!(std::fs::read(path("merged.dsm")).unwrap() == whole, "{block:?}");
+            assert!(std::fs::read(path("merged.dsm")).unwrap() == whole, "{packing:?}");
             crops.rotate_left(1);
         }
         assert_eq!(open(&path("merged.dsm")).crop(), None);
@@ -116,9 +116,10 @@ fn a_crop_is_a_map_of_its_own_that_knows_its_place() {
         (window([-5, 2], [13, 14]), None, window([-5, 2], [13, 14])),
         (window([-5, 2], [13, 14]), window([0, 0], [99, 49]), window([0, 0], [99, 49])),
     ] {
-        let info = MapInfo { data_window: data, display_window: display, ..info(0.0625) };
+        let mut info = info(0.0625);
+        (info.data_window, info.display_window) = (data, display);
         let whole = metadata(&pixels(), info);
-        let reader = write_crop(&path, &whole, place, Block::Plain);
+        let reader = write_crop(&path, &whole, place, Packing::Plain);
         assert_eq!((reader.crop(), reader.whole_metadata()), (Some(place), &whole));
         let own = reader.metadata();
         assert_eq!([own.width, own.height], [7, 9]);
@@ -130,7 +131,8 @@ fn a_crop_is_a_map_of_its_own_that_knows_its_place() {
         assert_eq!(map.pixels(), &part(&pixels(), [12, 4, 7, 9]));
         assert_eq!(map.info(), &own.info);
     }
-    let far = MapInfo { data_window: window([i32::MAX - 12, 0], [i32::MAX, 12]), ..info(0.0) };
+    let far = PixelWindow { min: [i32::MAX - 12, 0], max: [i32::MAX, 12] };
+    let far = info(0.0).with_data_window(far);
     let writer = MapWriter::create_crop(&path, metadata(&pixels(), far), place, options()).unwrap();
     writer.finish().unwrap();
     let refused = MapReader::open(&path, &Limits::default()).unwrap_err().to_string();
@@ -143,7 +145,7 @@ fn a_part_of_a_map_has_no_pyramid() {
     let metadata = metadata(&pixels(), info(0.0625));
     // The first begins where the map does.
     for part in PARTS {
-        let map = write_crop(&folder.path().join("crop.dsm"), &metadata, part, Block::Plain);
+        let map = write_crop(&folder.path().join("crop.dsm"), &metadata, part, Packing::Plain);
         let output = folder.path().join("mip.dsm");
         let refused = mip(&map, &output, &PyramidOptions::default(), Progress::ignore).unwrap_err();
         assert!(refused.to_string().contains("crop.dsm: it is a part of a map"), "{refused}");
@@ -215,7 +217,7 @@ fn crops_that_do_not_fit_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     let whole = metadata(&pixels(), info(0.0625));
-    let of = |name: &str, crop| write_crop(&path(name), &whole, crop, Block::Plain);
+    let of = |name: &str, crop| write_crop(&path(name), &whole, crop, Packing::Plain);
     let [first, second, third, fourth] = PARTS;
     let all = || {
         [("a", first), ("b", second), ("c", third), ("d", fourth)]
@@ -231,8 +233,8 @@ fn crops_that_do_not_fit_are_refused() {
     assert!(tolerance.contains("a tolerance has no use"), "{tolerance}");
 
     let mut other: Vec<_> = all().into();
-    let of_another = metadata(&pixels(), MapInfo { samples: Some(2), ..info(0.0625) });
-    other[2] = write_crop(&path("f.dsm"), &of_another, third, Block::Plain);
+    let of_another = metadata(&pixels(), info(0.0625).with_samples(2));
+    other[2] = write_crop(&path("f.dsm"), &of_another, third, Packing::Plain);
     let other = refusal(&other, None);
     assert!(other.contains("f.dsm: its metadata differ from the first map's"), "{other}");
     let mut other: Vec<_> = all().into();
@@ -256,14 +258,14 @@ fn a_product_of_crops_is_a_crop_of_the_product() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: String| folder.path().join(name);
     let whole = metadata(&pixels(), info(0.0625));
-    write_whole(&path("whole.dsm".into()), &whole, Block::Zstd);
+    write_whole(&path("whole.dsm".into()), &whole, Packing::Zstd);
     let maps = [open(&path("whole.dsm".into())), open(&path("whole.dsm".into()))];
     merge(&maps, &path("product.dsm".into()), 0.01);
     let crops: Vec<_> = (0..)
         .zip(PARTS)
         .map(|(index, part): (u8, _)| {
             let name = path(format!("{index}.dsm"));
-            let twice = [(); 2].map(|()| write_crop(&name, &whole, part, Block::Zstd));
+            let twice = [(); 2].map(|()| write_crop(&name, &whole, part, Packing::Zstd));
             merge(&twice, &name, 0.01);
             let product = open(&name);
             assert_eq!(product.crop(), Some(part));

@@ -6,7 +6,7 @@ use dsm_core::detail::{PixelLists, VisibilityDifference};
 use dsm_core::{MapInfo, Progress, Rgb, Vertex};
 use dsm_io::detail::{Level, MapDifference, MapWriter, TileId, compare, compare_levels};
 use dsm_io::{
-    AchievedError, Block, ConvertOptions, Limits, MapReader, MapSource, Metadata, WriteOptions,
+    AchievedError, ConvertOptions, Limits, MapReader, MapSource, Metadata, Packing, WriteOptions,
     convert,
 };
 
@@ -88,7 +88,7 @@ fn tiles_and_blocks_make_no_difference() {
     for (one, other) in [(1, 3), (4, 4), (5, 16), (64, 2)] {
         let of = |tile| WriteOptions::default().with_tile_size(tile);
         write(&path("a.dsm"), &pixels, info(0.0), of(one));
-        write(&path("b.dsm"), &pixels, info(0.0), of(other).with_block(Block::Zstd));
+        write(&path("b.dsm"), &pixels, info(0.0), of(other).with_packing(Packing::Zstd));
         let none = super::pixels::build(23, 17, (0..23 * 17).map(|_| Vec::<Vertex<f32>>::new()));
         write(&path("none.dsm"), &none, info(0.0), of(other));
         let [mut a, mut b, mut none] =

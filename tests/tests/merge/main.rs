@@ -17,7 +17,7 @@ use dsm_io::{
 };
 
 fn info(epsilon: f32) -> MapInfo {
-    MapInfo { tolerance: Tolerance::new(epsilon).unwrap(), ..MapInfo::default() }
+    MapInfo::new().with_tolerance(Tolerance::new(epsilon).unwrap())
 }
 
 fn metadata<T: Transmittance>(pixels: &PixelLists<T>, info: MapInfo) -> Metadata {

@@ -6,7 +6,7 @@ use dsm_core::{
 };
 use dsm_io::detail::MapWriter;
 use dsm_io::{
-    AchievedError, AnyDeepMap, Block, ConvertOptions, Limits, MapReader, MergeReport, Metadata,
+    AchievedError, AnyDeepMap, ConvertOptions, Limits, MapReader, MergeReport, Metadata, Packing,
     WriteOptions, convert,
 };
 use dsm_testkit::config;
@@ -126,7 +126,7 @@ proptest! {
             check_product(&level_0::<Rgb>(&product), &[&of_a, &of_c], depths, own);
             product
         } else {
-            let b_map = write(&path("b.dsm"), &b, info(0.03), second.with_block(Block::Zstd));
+            let b_map = write(&path("b.dsm"), &b, info(0.03), second.with_packing(Packing::Zstd));
             merge(&[a_map, b_map], &merged, epsilon);
             let of_b = sides_of(&b);
             let depths =
@@ -284,22 +284,22 @@ fn what_all_maps_know_is_kept() {
     let path = |name: &str| folder.path().join(name);
     let camera = ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: None };
     let window = PixelWindow { min: [3, 2], max: [13, 10] };
-    let known = MapInfo {
-        camera: Some(camera),
-        samples: Some(16),
-        filter: Some(Filter::new(FilterShape::Tent, 2.0).unwrap()),
-        data_window: Some(window),
-        ..info(0.01)
-    };
+    let known = info(0.01)
+        .with_camera(camera)
+        .with_samples(16)
+        .with_filter(Filter::new(FilterShape::Tent, 2.0).unwrap())
+        .with_data_window(window);
     let map = |name, info| write(&path(name), &scene(0.0), info, WriteOptions::default());
     let merged = |infos: [MapInfo; 2]| {
         merge(&[map("a.dsm", infos[0]), map("b.dsm", infos[1])], &path("merged.dsm"), 0.0);
         open(&path("merged.dsm")).metadata().info
     };
-    let sum = MapInfo { tolerance: Tolerance::new(0.02).unwrap(), ..known };
+    let mut sum = known.with_tolerance(Tolerance::new(0.02).unwrap());
     assert_eq!(merged([known, known]), sum);
-    let unknown = MapInfo { camera: None, data_window: None, samples: Some(4), ..known };
-    assert_eq!(merged([unknown, known]), MapInfo { samples: None, ..sum });
+    let mut unknown = known.with_samples(4);
+    (unknown.camera, unknown.data_window) = (None, None);
+    sum.samples = None;
+    assert_eq!(merged([unknown, known]), sum);
 }
 
 #[test]
@@ -317,13 +317,10 @@ fn what_does_not_fit_is_refused() {
         world_to_camera: Some(DMat4::from_translation([x, 0.0, 0.0].into())),
         world_to_ndc: None,
     };
-    let seen = |x| MapInfo { camera: Some(camera(x)), ..info(0.0) };
+    let seen = |x| info(0.0).with_camera(camera(x));
     let cameras = refusal(&[of("a.dsm", seen(0.0)), of("b.dsm", seen(1.0))], None);
     assert!(cameras.ends_with("b.dsm: its camera differs from an earlier map's"), "{cameras}");
-    let window = |x| MapInfo {
-        data_window: Some(PixelWindow { min: [x, 0], max: [x + 10, 8] }),
-        ..info(0.0)
-    };
+    let window = |x| info(0.0).with_data_window(PixelWindow { min: [x, 0], max: [x + 10, 8] });
     let windows = refusal(&[of("a.dsm", window(0)), of("b.dsm", window(1))], None);
     assert!(windows.contains("its data window differs"), "{windows}");
     let loose = || of("a.dsm", info(0.4));

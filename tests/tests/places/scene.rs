@@ -1,10 +1,8 @@
 //! A small scene that can be placed anywhere.
 
-use dsm_core::{Projection, Rgb, View};
+use dsm_core::{LightExtent, Projection, Rgb, View};
 use dsm_scene::detail::Camera;
-use dsm_scene::{
-    Curves, Light, LightOutline, Motion, Object, Scene, Shape, Transform, TriangleMesh, Volume,
-};
+use dsm_scene::{Curves, Light, Motion, Object, Scene, Shape, Transform, TriangleMesh, Volume};
 use dsm_testkit::Placement;
 use glam::{DVec3, IVec3, UVec3, Vec3};
 
@@ -47,20 +45,17 @@ pub(crate) fn solid() -> Scene {
     ];
     let target = DVec3::new(0.1, 0.5, -0.2);
     let up = DVec3::Y;
-    Scene {
-        objects,
-        light: Light {
-            view: View { eye: DVec3::new(2.0, 6.0, 3.0), target, up },
-            projection: Projection::Perspective { fov: 50.0 },
-            outline: LightOutline::Rectangle { size: [0.9, 0.6] },
-        },
-        camera: Camera {
-            view: View { eye: DVec3::new(-3.0, 4.0, 5.0), target, up },
-            fov: 40.0,
-            resolution: [36, 24],
-        },
-        shutter: [0.0, 1.0],
-    }
+    let light = Light {
+        view: View { eye: DVec3::new(2.0, 6.0, 3.0), target, up },
+        projection: Projection::Perspective { fov: 50.0 },
+        extent: LightExtent::rectangle([0.9, 0.6]),
+    };
+    let camera = Camera {
+        view: View { eye: DVec3::new(-3.0, 4.0, 5.0), target, up },
+        fov: 40.0,
+        resolution: [36, 24],
+    };
+    Scene::of_objects(objects).with_light(light).with_camera(camera)
 }
 
 /// [`solid`] in a mist.
@@ -88,12 +83,7 @@ pub(crate) fn placed(scene: &Scene, placement: &Placement) -> Scene {
         view.eye = placement.point(view.eye);
         view.target = placement.point(view.target);
     }
-    let larger = |size: [f64; 2]| size.map(|side| side * scale);
-    scene.light.outline = match scene.light.outline {
-        LightOutline::Point => LightOutline::Point,
-        LightOutline::Rectangle { size } => LightOutline::Rectangle { size: larger(size) },
-        LightOutline::Disk { radius } => LightOutline::Disk { radius: radius * scale },
-        LightOutline::Sphere { radius } => LightOutline::Sphere { radius: radius * scale },
-    };
+    let larger = scene.light.extent.size().map(|side| side * scale);
+    scene.light = scene.light.with_size(larger).unwrap();
     scene
 }

@@ -1,7 +1,7 @@
 //! The stated errors and tolerances of all levels, for maps of all shapes.
 
 use dsm_core::{PixelListsBuilder, Rgb, Transmittance, Vertex};
-use dsm_io::{Block, PyramidOptions};
+use dsm_io::{Packing, PyramidOptions};
 use dsm_testkit::config;
 use proptest::prelude::*;
 use proptest::sample::select;
@@ -107,14 +107,18 @@ fn shape() -> impl Strategy<Value = Shape> {
     let size = (1_u32..=20, 1_u32..=20);
     let tile = select(vec![1, 2, 3, 4, 5, 6, 8, 12, 16, 64]);
     let options = (prop_oneof![Just(u32::MAX), 1_u32..5], select(vec![0.5_f32, 1.0, 0.1]));
-    let block = select(vec![Block::Plain, Block::Zstd]);
+    let packing = select(vec![Packing::Plain, Packing::Zstd]);
     let epsilon = select(vec![0.0_f32, 1e-5, 0.02, 0.25, 0.9]);
-    (size, tile, epsilon, block, options).prop_map(|(size, tile, epsilon, block, options)| Shape {
-        size: size.into(),
-        tile,
-        epsilon,
-        block,
-        options: PyramidOptions::default().with_levels(options.0).with_tolerance_scale(options.1),
+    (size, tile, epsilon, packing, options).prop_map(|(size, tile, epsilon, packing, options)| {
+        Shape {
+            size: size.into(),
+            tile,
+            epsilon,
+            packing,
+            options: PyramidOptions::default()
+                .with_levels(options.0)
+                .with_tolerance_scale(options.1),
+        }
     })
 }
 

@@ -7,7 +7,7 @@ use std::path::Path;
 use dsm_core::detail::PixelLists;
 use dsm_core::{MapInfo, Progress, Rgb, Transmittance};
 use dsm_io::detail::{Level, MapWriter, TileId};
-use dsm_io::{AchievedError, Block, MapReader, Metadata, PyramidOptions, WriteOptions, mip};
+use dsm_io::{AchievedError, MapReader, Metadata, Packing, PyramidOptions, WriteOptions, mip};
 
 use crate::maps::{Content, Shape, open, pixels, write};
 
@@ -34,15 +34,19 @@ fn same_bytes_with_any_number_of_threads<T: Transmittance>(shape: &Shape) {
 fn the_number_of_threads_changes_no_byte() {
     let shape = Shape::new([150, 93], 8, 0.02);
     same_bytes_with_any_number_of_threads::<f32>(&shape);
-    same_bytes_with_any_number_of_threads::<Rgb>(&Shape { block: Block::Zstd, tile: 6, ..shape });
+    same_bytes_with_any_number_of_threads::<Rgb>(&Shape {
+        packing: Packing::Zstd,
+        tile: 6,
+        ..shape
+    });
 }
 
 #[test]
 fn level_0_keeps_its_bytes_and_its_errors() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
-    for (block, empty) in [(Block::Plain, 8), (Block::Zstd, 8), (Block::Zstd, 16)] {
-        let shape = Shape { block, ..Shape::new([50, 20], 8, 0.02) };
+    for (packing, empty) in [(Packing::Plain, 8), (Packing::Zstd, 8), (Packing::Zstd, 16)] {
+        let shape = Shape { packing, ..Shape::new([50, 20], 8, 0.02) };
         let content = Content { empty, ..CONTENT };
         write(&path("flat.dsm"), &shape, &pixels::<Rgb>(shape.size, content));
         build(&path("flat.dsm"), &path("pyramid.dsm"), &shape.options);
@@ -58,7 +62,7 @@ fn level_0_keeps_its_bytes_and_its_errors() {
             pyramid.directory(index).unwrap().iter().map(|(_, entry)| entry.block)
         });
         let packed = blocks.filter(|&block| block != 0).count();
-        assert_eq!(packed > 0, block == Block::Zstd && empty < 16);
+        assert_eq!(packed > 0, packing == Packing::Zstd && empty < 16);
     }
 }
 

@@ -6,7 +6,7 @@ use dsm_core::detail::PixelLists;
 use dsm_core::{MapInfo, PixelListsBuilder, Progress, Tolerance, Transmittance, Vertex};
 use dsm_io::detail::{MapWriter, TileId};
 use dsm_io::{
-    AchievedError, Block, Limits, MapReader, Metadata, PyramidOptions, WriteOptions, mip,
+    AchievedError, Limits, MapReader, Metadata, Packing, PyramidOptions, WriteOptions, mip,
 };
 
 /// Numbers that are the same in every run.
@@ -95,23 +95,23 @@ pub(crate) struct Shape {
     pub(crate) size: [u32; 2],
     pub(crate) tile: u32,
     pub(crate) epsilon: f32,
-    pub(crate) block: Block,
+    pub(crate) packing: Packing,
     pub(crate) options: PyramidOptions,
 }
 
 impl Shape {
     pub(crate) fn new(size: [u32; 2], tile: u32, epsilon: f32) -> Self {
-        Self { size, tile, epsilon, block: Block::Plain, options: PyramidOptions::default() }
+        Self { size, tile, epsilon, packing: Packing::Plain, options: PyramidOptions::default() }
     }
 
     pub(crate) fn metadata(&self, channels: usize) -> Metadata {
         let tolerance = Tolerance::new(self.epsilon).unwrap();
-        let info = MapInfo { tolerance, ..MapInfo::default() };
+        let info = MapInfo::new().with_tolerance(tolerance);
         Metadata::new(self.size[0], self.size[1], channels as u8, info)
     }
 
     pub(crate) fn write_options(&self) -> WriteOptions {
-        WriteOptions::default().with_tile_size(self.tile).with_block(self.block)
+        WriteOptions::default().with_tile_size(self.tile).with_packing(self.packing)
     }
 }
 
