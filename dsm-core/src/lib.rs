@@ -36,7 +36,7 @@ pub use camera::{
     view_raster::ViewRaster,
 };
 pub use error::Error;
-pub use field::shadow::Bias;
+pub use field::bias::Bias;
 pub use field::{filtered::filtered_lookup, footprint::Footprint, receiver::Receiver};
 pub use field::{map::DeepMap, pixel_lists::PixelListsBuilder};
 pub use field::{pyramid::LevelChoice, visibility_field::VisibilityField};
@@ -79,9 +79,11 @@ pub mod detail {
         },
         error::Result,
         field::{
+            bias::BiasSummary,
+            filtered_shadow::FilteredShadow,
             pixel_lists::{PixelLists, PixelListsView},
             pyramid::Pyramid,
-            shadow::{BiasSummary, FilteredShadow, ShadowLookup},
+            shadow::ShadowLookup,
             visibility_field::BlockVisitor,
         },
         hits::hit::VolumeSegment,

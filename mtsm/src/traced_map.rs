@@ -81,18 +81,6 @@ pub(crate) fn map_frame<M: TracedMap>(map: &M) -> Result<LightFrame> {
     LightFrame::new(&camera, map.size(), f64::from(info.layering.light_depth))
 }
 
-impl<T: Transmittance> TracedMap for MultilayerMap<T> {
-    fn layered_info(&self) -> &LayeredInfo {
-        self.info()
-    }
-}
-
-impl<T: Transmittance> TracedMap for MultilayerDepthMap<T> {
-    fn layered_info(&self) -> &LayeredInfo {
-        self.info()
-    }
-}
-
 /// Pixels that are in memory.
 #[derive(Debug)]
 pub struct InMemory<'m, P> {
@@ -134,47 +122,38 @@ impl<'m, P> InMemory<'m, P> {
     }
 }
 
-impl<T: Transmittance> sealed::Layers for MultilayerMap<T> {
-    type Value = T;
-    type Error = Infallible;
-    type BuildError = Error;
-    type Pixels = LayeredPixels<T>;
-    type Reader<'m> = InMemory<'m, Self::Pixels>;
+macro_rules! traced_in_memory {
+    ($($map:ident of $pixels:ident),*) => {$(
+        impl<T: Transmittance> TracedMap for $map<T> {
+            fn layered_info(&self) -> &LayeredInfo {
+                self.info()
+            }
+        }
 
-    fn size(&self) -> [u32; 2] {
-        [self.pixels().width(), self.pixels().height()]
-    }
+        impl<T: Transmittance> sealed::Layers for $map<T> {
+            type Value = T;
+            type Error = Infallible;
+            type BuildError = Error;
+            type Pixels = $pixels<T>;
+            type Reader<'m> = InMemory<'m, Self::Pixels>;
 
-    fn reader(&self) -> Self::Reader<'_> {
-        InMemory::new(self.pixels(), self.pixels().width())
-    }
+            fn size(&self) -> [u32; 2] {
+                [self.pixels().width(), self.pixels().height()]
+            }
 
-    fn depth_ranges(&self, take: impl FnMut([u32; 2], [f32; 2])) -> Result<()> {
-        InMemory::depth_ranges::<T>(self.pixels(), self.size(), take);
-        Ok(())
-    }
+            fn reader(&self) -> Self::Reader<'_> {
+                InMemory::new(self.pixels(), self.pixels().width())
+            }
+
+            fn depth_ranges(&self, take: impl FnMut([u32; 2], [f32; 2])) -> Result<()> {
+                InMemory::depth_ranges::<T>(self.pixels(), self.size(), take);
+                Ok(())
+            }
+        }
+    )*};
 }
 
-impl<T: Transmittance> sealed::Layers for MultilayerDepthMap<T> {
-    type Value = T;
-    type Error = Infallible;
-    type BuildError = Error;
-    type Pixels = DepthLayers<T>;
-    type Reader<'m> = InMemory<'m, Self::Pixels>;
-
-    fn size(&self) -> [u32; 2] {
-        [self.pixels().width(), self.pixels().height()]
-    }
-
-    fn reader(&self) -> Self::Reader<'_> {
-        InMemory::new(self.pixels(), self.pixels().width())
-    }
-
-    fn depth_ranges(&self, take: impl FnMut([u32; 2], [f32; 2])) -> Result<()> {
-        InMemory::depth_ranges::<T>(self.pixels(), self.size(), take);
-        Ok(())
-    }
-}
+traced_in_memory!(MultilayerMap of LayeredPixels, MultilayerDepthMap of DepthLayers);
 
 /// A file of a map of layers whose tiles are read through a
 /// [`TileCache`](dsm_io::detail::TileCache) when rays need them: level 0 of view 0.

@@ -9,13 +9,13 @@ use shadow_maps::detail::{
     FragmentBuilder, FragmentTracer, Fragments as FragmentsKind, bake_fragments,
 };
 
-use super::layered;
+use super::layered::{self, BakeFromBehind};
 use super::layers::check_surfaces;
 use super::shadow_kind::ShadowKind;
+use crate::bake::Job;
 use crate::bake::occluders::AnyHitSource;
 use crate::bake::report::BakeReport;
 use crate::bake::settings::Bake;
-use crate::bake::{Job, Seen};
 use crate::error::{Error, Result};
 use crate::file::open_options::OpenOptions;
 use crate::file::{CachedFile, OpenMap};
@@ -49,35 +49,34 @@ impl ShadowKind for Fragments {
     }
 
     fn bake(&self, job: &Job<'_>, output: &Path) -> Result<BakeReport> {
-        let (view, light_depth) = layered::view(job)?;
-        match job.look(&view)? {
-            Seen::Mono(source) => bake(job, &view, light_depth, source, output),
-            Seen::Rgb(source) => bake(job, &view, light_depth, source, output),
-        }
+        layered::bake::<Self>(job, output)
     }
 }
 
-fn bake<T: Transmittance>(
-    job: &Job<'_>,
-    view: &ViewRaster,
-    light_depth: f32,
-    source: AnyHitSource<'_, T>,
-    output: &Path,
-) -> Result<BakeReport> {
-    let asked = job.settings;
-    let coverage = asked.coverage.unwrap_or(COVERAGE);
-    let mut builder =
-        FragmentBuilder::new(view.shadow_camera(), asked.resolution, light_depth.into())?
-            .with_coverage(coverage)?;
-    if let Some(layers) = asked.max_layers {
-        builder = builder.with_layers(layers)?;
+impl BakeFromBehind for Fragments {
+    fn bake_seen<T: Transmittance>(
+        job: &Job<'_>,
+        view: &ViewRaster,
+        light_depth: f32,
+        source: AnyHitSource<'_, T>,
+        output: &Path,
+    ) -> Result<BakeReport> {
+        let asked = job.settings;
+        let coverage = asked.coverage.unwrap_or(COVERAGE);
+        let mut builder =
+            FragmentBuilder::new(view.shadow_camera(), asked.resolution, light_depth.into())?
+                .with_coverage(coverage)?;
+        if let Some(layers) = asked.max_layers {
+            builder = builder.with_layers(layers)?;
+        }
+        let describe = |metadata: &mut _| job.describe(metadata);
+        let options =
+            WriteOptions::default().with_tile_size(asked.tile_size).with_packing(asked.packing);
+        let baked = bake_fragments::<T, _>(&builder, &source, output, options, describe, |at| {
+            job.watch(at)
+        })?;
+        Ok(job.report::<T>(coverage * coverage, Tolerance::EXACT, baked))
     }
-    let describe = |metadata: &mut _| job.describe(metadata);
-    let options =
-        WriteOptions::default().with_tile_size(asked.tile_size).with_packing(asked.packing);
-    let baked =
-        bake_fragments::<T, _>(&builder, &source, output, options, describe, |at| job.watch(at))?;
-    Ok(job.report::<T>(coverage * coverage, Tolerance::EXACT, baked))
 }
 
 impl OpenMap for CachedFile<FragmentsKind> {

@@ -1,12 +1,13 @@
 //! Helpers for kinds of map for area lights.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use dsm_core::{
-    AreaLight, BakeSettings, LightExtent, PixelSampling, Tolerance, Transmittance, ViewRaster,
+    AreaLight, BakeSettings, LightExtent, PixelSampling, Rgb, Tolerance, Transmittance, ViewRaster,
 };
 use dsm_io::Codec;
-use dsm_io::detail::{CachedMap, FieldKind, KindReader, MapKind};
+use dsm_io::detail::{CachedMap, ErasedMap, FieldKind, KindReader, MapKind};
 use dsm_trace::detail::LightFrame;
 use mtsm::MultilayerSettings;
 use mtsm::detail::{
@@ -15,11 +16,15 @@ use mtsm::detail::{
 };
 
 use super::shadow_kind::refuse;
-use crate::bake::Job;
+use crate::bake::occluders::AnyHitSource;
+use crate::bake::report::BakeReport;
 use crate::bake::settings::Bake;
+use crate::bake::{Job, Seen};
 use crate::error::{Error, Result};
+use crate::file::{CachedFile, OpenMap};
 use crate::query::method::Method;
 use crate::query::settings::Query;
+use crate::query::trace_method::TraceMethod;
 use crate::shadow::handle::Shadow;
 use crate::shadow::{AreaShadow, filtered_shadow};
 
@@ -40,7 +45,7 @@ pub(super) fn check(settings: &Bake) -> Result<()> {
 /// The view of a map of an area light, from behind it by the depth that comes
 /// with it, so that all that any point of the light sees is in the map (Xie et
 /// al. 2007, equation 4).
-pub(super) fn view(job: &Job<'_>) -> Result<(ViewRaster, f32)> {
+fn view(job: &Job<'_>) -> Result<(ViewRaster, f32)> {
     let view = job.light.raster(job.settings.resolution)?;
     if !view.is_perspective() {
         let reason = "rays of an area light need a light with a perspective projection";
@@ -49,6 +54,28 @@ pub(super) fn view(job: &Job<'_>) -> Result<(ViewRaster, f32)> {
     // The header keeps an f32.
     let depth = LightFrame::push_back(job.extent, view.half_size().to_array()) as f32;
     Ok((view.moved_back(depth.into()), depth))
+}
+
+/// The bake of a kind of map that looks from behind its light.
+pub(super) trait BakeFromBehind {
+    /// Bakes what `source` sees through `view`, which lies behind the light by
+    /// `light_depth`.
+    fn bake_seen<T: Transmittance>(
+        job: &Job<'_>,
+        view: &ViewRaster,
+        light_depth: f32,
+        source: AnyHitSource<'_, T>,
+        output: &Path,
+    ) -> Result<BakeReport>;
+}
+
+/// Bakes with as many channels as the map has.
+pub(super) fn bake<K: BakeFromBehind>(job: &Job<'_>, output: &Path) -> Result<BakeReport> {
+    let (view, light_depth) = view(job)?;
+    match job.look(&view)? {
+        Seen::Mono(source) => K::bake_seen(job, &view, light_depth, source, output),
+        Seen::Rgb(source) => K::bake_seen(job, &view, light_depth, source, output),
+    }
 }
 
 /// The settings of a map of layers.
@@ -76,8 +103,36 @@ pub(super) fn settings(
     Ok(MultilayerSettings { bake, resets, max_layers, light_depth })
 }
 
+/// Kinds of files whose layers have a depth alone: traced, or filtered.
+trait LayersInFile: FieldKind<Keys = LayeredKeys> {}
+
+impl LayersInFile for mtsm::detail::Layers {}
+impl LayersInFile for mtsm::detail::Mtsm {}
+
+impl<K: LayersInFile> OpenMap for CachedFile<K>
+where
+    CachedLayers<f32, K>: TracedMap<Error = dsm_io::Error, BuildError = dsm_io::Error>,
+    CachedLayers<Rgb, K>: TracedMap<Error = dsm_io::Error, BuildError = dsm_io::Error>,
+{
+    fn file(&self) -> &dyn ErasedMap {
+        self.reader()
+    }
+
+    fn default_method(&self) -> Method {
+        TraceMethod::default().into()
+    }
+
+    fn shadow(&self, query: &Query) -> Result<Shadow> {
+        let method = query.method.unwrap_or(self.default_method());
+        match self {
+            Self::Mono(map) => shadow(map, method, query),
+            Self::Rgb(map) => shadow(map, method, query),
+        }
+    }
+}
+
 /// The shadows of layers that have a depth alone.
-pub(super) fn shadow<T, K>(map: &CachedMap<T, K>, method: Method, query: &Query) -> Result<Shadow>
+fn shadow<T, K>(map: &CachedMap<T, K>, method: Method, query: &Query) -> Result<Shadow>
 where
     T: Transmittance,
     K: FieldKind<Keys = LayeredKeys>,

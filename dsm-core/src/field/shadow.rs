@@ -1,9 +1,8 @@
 //! Filtered lookups at points of the world: the query of a renderer.
 
-use std::sync::{Mutex, PoisonError};
+use glam::DVec2;
 
-use glam::{DVec2, DVec3};
-
+use super::bias::{Bias, BiasSummary};
 use super::footprint::Footprint;
 use super::pyramid::{LevelChoice, Pyramid};
 use super::receiver::Receiver;
@@ -11,8 +10,7 @@ use super::visibility_field::VisibilityField;
 use crate::camera::map_info::MapInfo;
 use crate::camera::projection::MapProjection;
 use crate::error::Result;
-use crate::light::AreaLight;
-use crate::shadow::{Facing, LightVisibility, ShadedPoint};
+use crate::shadow::{Facing, ShadedPoint};
 use crate::transmittance::Transmittance;
 
 /// The steepest surface that an automatic bias follows, in pixel sides of depth
@@ -27,91 +25,6 @@ const STEEPEST_STRAND: f64 = 1.5;
 /// Pixel sides that are added to an automatic bias: the depth of surfaces that
 /// are a little curved, and of strands beside their middle.
 const SLACK: f64 = 0.25;
-
-/// The depth bias: the offset towards the light that a receiver's depth is given
-/// before the map is queried, so that the surface it lies on does not shade it.
-///
-/// ```
-/// use dsm_core::detail::ShadowLookup;
-/// use dsm_core::{Bias, MapInfo, Projection, View};
-/// use glam::DVec3;
-/// # use dsm_core::{Facing, ShadedPoint};
-///
-/// let view = View { eye: DVec3::Y * 5.0, target: DVec3::ZERO, up: DVec3::X };
-/// let raster = view.raster(Projection::Perspective { fov: 90.0 }, [64, 64])?;
-/// let info = MapInfo::new().with_camera(raster.shadow_camera());
-/// let lookup = ShadowLookup::new(&info, [64, 64])?.with_bias(Bias::Depth(0.01));
-/// let point = ShadedPoint { position: DVec3::ZERO, facing: Facing::Light, seed: 0 };
-/// let receiver = lookup.receiver(&point, 1).unwrap();
-/// assert_eq!((receiver.depth, receiver.bias), (5.0, 0.01));
-/// # Ok::<(), dsm_core::Error>(())
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Bias {
-    /// A constant in scene units, for all points. All pixels under the filter are
-    /// queried at one depth.
-    Depth(f32),
-    /// A bias from the slope of the receiver's surface or strand: the pixels under
-    /// the filter are queried at the depth of its plane in each, less half of its
-    /// change over the samples of a pixel, and a quarter of a pixel's side. Slopes
-    /// above 16 pixel sides a pixel count as 16. Around a strand all pixels are
-    /// queried at one depth, and slopes above 1.5 pixel sides a pixel count as 1.5.
-    /// The bias is negative for a surface that is seen from the side that faces
-    /// away from the light: it shades itself. Receivers without a surface have
-    /// none.
-    Auto,
-}
-
-/// Minimum, mean and maximum of the depth biases of a query's points, in scene
-/// units.
-///
-/// ```
-/// use dsm_core::detail::BiasSummary;
-///
-/// let mut biases = BiasSummary::default();
-/// biases.add(0.25);
-/// biases.add(0.75);
-/// assert_eq!((biases.min, biases.mean(), biases.max), (0.25, Some(0.5), 0.75));
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BiasSummary {
-    /// Number of points in the map.
-    pub points: u64,
-    /// The smallest bias.
-    pub min: f64,
-    /// The sum of all biases.
-    pub sum: f64,
-    /// The largest bias.
-    pub max: f64,
-}
-
-impl Default for BiasSummary {
-    fn default() -> Self {
-        Self { points: 0, min: f64::INFINITY, sum: 0.0, max: f64::NEG_INFINITY }
-    }
-}
-
-impl BiasSummary {
-    /// Adds the bias of a point.
-    pub fn add(&mut self, bias: f32) {
-        let bias = f64::from(bias);
-        self.merge(Self { points: 1, min: bias, sum: bias, max: bias });
-    }
-
-    /// Adds the biases of other points.
-    pub fn merge(&mut self, other: Self) {
-        self.points += other.points;
-        self.min = self.min.min(other.min);
-        self.sum += other.sum;
-        self.max = self.max.max(other.max);
-    }
-
-    /// The mean; `None` if there are no points.
-    #[must_use]
-    pub fn mean(&self) -> Option<f64> {
-        (self.points > 0).then(|| self.sum / self.points as f64)
-    }
-}
 
 /// The query of a map for visibility at points of the world: projection, footprint,
 /// level and depth bias.
@@ -275,89 +188,6 @@ impl ShadowLookup {
     }
 }
 
-/// A shadow method over one map that is whole in memory, by filtered lookups. The
-/// light's area is not used: a map holds what one point sees.
-///
-/// ```
-/// use dsm_core::detail::{FilteredShadow, Pyramid, ShadowLookup};
-/// use dsm_core::{
-///     AreaLight, DeepMap, LightVisibility, MapInfo, PixelListsBuilder, ShadowCamera,
-///     Vertex,
-/// };
-/// use glam::{DMat4, DVec3, DVec4};
-///
-/// // A light at the origin that looks down −z onto one pixel, which is blocked
-/// // at depth 2.
-/// let ndc = DMat4::from_rows(
-///     DVec4::new(0.5, 0.0, -0.5, 0.0),
-///     DVec4::new(0.0, -0.5, -0.5, 0.0),
-///     DVec4::NEG_Z,
-///     DVec4::NEG_Z,
-/// );
-/// let camera = ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(ndc) };
-/// let info = MapInfo::new().with_camera(camera);
-/// let mut pixels = PixelListsBuilder::new(1, 1);
-/// pixels.push(Vertex::new(2.0, 1.0));
-/// pixels.push(Vertex::new(2.0, 0.25));
-/// pixels.finish_pixel()?;
-///
-/// let lookup = ShadowLookup::new(&info, [1, 1])?;
-/// let map = DeepMap::new(info, pixels.finish()?);
-/// let shadow = FilteredShadow::new(Pyramid::new(vec![map])?, lookup);
-/// let light = AreaLight::point(DVec3::ZERO);
-/// assert_eq!(shadow.visibility(DVec3::new(0.2, 0.1, -1.0), &light, 0), Ok(1.0));
-/// assert_eq!(shadow.visibility(DVec3::new(0.2, 0.1, -3.0), &light, 0), Ok(0.25));
-/// # Ok::<(), dsm_core::Error>(())
-/// ```
-#[derive(Debug)]
-pub struct FilteredShadow<F> {
-    pyramid: Pyramid<F>,
-    lookup: ShadowLookup,
-    biases: Mutex<BiasSummary>,
-}
-
-impl<F: VisibilityField> FilteredShadow<F> {
-    /// A method that queries the levels of `pyramid` by `lookup`.
-    #[must_use]
-    pub fn new(pyramid: Pyramid<F>, lookup: ShadowLookup) -> Self {
-        Self { pyramid, lookup, biases: Mutex::default() }
-    }
-
-    /// The biases of all points so far.
-    #[must_use]
-    pub fn biases(&self) -> BiasSummary {
-        *self.biases.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-impl<F: VisibilityField + Sync> LightVisibility for FilteredShadow<F> {
-    type Value = F::Value;
-    type Error = F::Error;
-
-    fn visibility(
-        &self,
-        receiver: DVec3,
-        light: &AreaLight,
-        seed: u64,
-    ) -> std::result::Result<F::Value, F::Error> {
-        let point = ShadedPoint { position: receiver, facing: Facing::Light, seed };
-        let mut values = Vec::with_capacity(1);
-        self.visibilities(&[point], light, &mut values)?;
-        Ok(values.pop().unwrap_or(F::Value::CLEAR))
-    }
-
-    fn visibilities(
-        &self,
-        points: &[ShadedPoint],
-        _: &AreaLight,
-        values: &mut Vec<F::Value>,
-    ) -> std::result::Result<(), F::Error> {
-        let biases = self.lookup.lights(&self.pyramid, points, values)?;
-        self.biases.lock().unwrap_or_else(PoisonError::into_inner).merge(biases);
-        Ok(())
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -370,7 +200,7 @@ mod tests {
     use crate::hits::hit::{RayHits, SurfaceHit};
     use crate::hits::hit_source::RaySource;
     use crate::hits::tile_samples::SamplePoint;
-    use glam::{DMat4, DVec4};
+    use glam::{DMat4, DVec3, DVec4};
 
     const SIZE: u32 = 32;
 

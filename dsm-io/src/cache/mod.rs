@@ -23,6 +23,7 @@ mod slot;
 pub(crate) mod statistics;
 mod store;
 pub(crate) mod tile;
+mod tile_division;
 
 use std::path::Path;
 use std::sync::Arc;

@@ -1,7 +1,7 @@
 //! Metadata come back bit for bit.
 
 use dsm_core::detail::PixelWindow;
-use dsm_core::{Filter, FilterShape, MapInfo, ShadowCamera, Tolerance};
+use dsm_core::{Filter, FilterShape, LightExtent, MapInfo, ShadowCamera, Tolerance};
 use dsm_io::{Attribute, Error, Metadata};
 use dsm_testkit::config;
 use glam::DMat4;
@@ -25,8 +25,17 @@ fn info() -> impl Strategy<Value = MapInfo> {
         (2_f32.to_bits()..f32::INFINITY.to_bits())
             .prop_map(|width| Filter::new(FilterShape::Tent, f32::from_bits(width)).unwrap()),
     );
-    (camera, tolerance, any::<Option<u32>>(), filter, window(), window()).prop_map(
-        |(camera, tolerance, samples, filter, data_window, display_window)| {
+    // Headers keep a light's size in `f32`.
+    let side = || (0..f32::INFINITY.to_bits()).prop_map(|bits| f64::from(f32::from_bits(bits)));
+    let light = prop::option::of((side(), side()).prop_map(|(width, height)| {
+        if width < height {
+            LightExtent::sphere(width / 2.0)
+        } else {
+            LightExtent::rectangle([width, height])
+        }
+    }));
+    (camera, tolerance, any::<Option<u32>>(), filter, window(), window(), light).prop_map(
+        |(camera, tolerance, samples, filter, data_window, display_window, light)| {
             let mut info = MapInfo::new().with_tolerance(Tolerance::new(tolerance).unwrap());
             info.camera = camera.map(|(world_to_camera, world_to_ndc)| ShadowCamera {
                 world_to_camera,
@@ -34,6 +43,7 @@ fn info() -> impl Strategy<Value = MapInfo> {
             });
             (info.samples, info.filter) = (samples, filter);
             (info.data_window, info.display_window) = (data_window, display_window);
+            info.light = light;
             info
         },
     )

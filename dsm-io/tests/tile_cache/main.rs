@@ -3,162 +3,21 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests stop where a value is refused")]
 
+mod levels;
+mod maps;
+
 use std::borrow::Cow;
-use std::cell::Cell;
 use std::fmt::Debug;
 use std::ops::Range;
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use dsm_core::detail::{BlockVisitor, InFile, Pyramid};
-use dsm_core::{
-    DeepMap, Filter, FilterShape, Footprint, LevelChoice, MapInfo, PixelListsBuilder, Receiver,
-    Rgb, Transmittance, Vertex, VisibilityField, filtered_lookup,
-};
-use dsm_io::detail::{
-    Container, Level, LookupCursor, MapWriter, Memory, Source, TileCache, TileId,
-};
-use dsm_io::{AchievedError, Error, Limits, MapReader, Metadata, Packing, WriteOptions, write_map};
+use dsm_core::detail::{BlockVisitor, InFile};
+use dsm_core::{Rgb, Transmittance, VisibilityField};
+use dsm_io::detail::{Container, LookupCursor, Memory, Source, TileCache, TileId};
+use dsm_io::{Error, Limits, MapReader, Packing};
 
-const SIZE: [u32; 2] = [150, 100];
-const TILE: u32 = 9;
-const THREADS: u64 = 8;
-
-/// A stream of numbers in [0, 1).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f32 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-        (self.0 >> 40) as f32 / (1 << 24) as f32
-    }
-}
-
-/// Steps and ramps of 0 to 4 falls a pixel; the tiles of one corner are
-/// empty.
-fn map<T: Transmittance>(seed: u64) -> DeepMap<T> {
-    let mut random = Random(seed);
-    let mut pixels = PixelListsBuilder::new(SIZE[0], SIZE[1]);
-    for y in 0..SIZE[1] {
-        for x in 0..SIZE[0] {
-            let falls = if x < 3 * TILE && y < 2 * TILE { 0 } else { (random.next() * 5.0) as u32 };
-            let (mut z, mut value) = (random.next(), T::CLEAR);
-            for _ in 0..falls {
-                pixels.push(Vertex::new(z, value));
-                z += if random.next() < 0.5 { 0.0 } else { random.next() };
-                value = T::from_channels(|channel| value.channel(channel) * random.next());
-                pixels.push(Vertex::new(z, value));
-                z += 0.1;
-            }
-            pixels.finish_pixel().unwrap();
-        }
-    }
-    DeepMap::new(MapInfo::default(), pixels.finish().unwrap())
-}
-
-fn write<T: Transmittance>(path: &Path, map: &DeepMap<T>, packing: Packing) {
-    let metadata = Metadata::new(SIZE[0], SIZE[1], T::CHANNELS as u8, *map.info());
-    let options = WriteOptions::default().with_tile_size(TILE).with_packing(packing);
-    write_map(path, metadata, map, AchievedError::NONE, options).unwrap();
-}
-
-/// A map, and a reader of it.
-fn written<T: Transmittance>(seed: u64, packing: Packing) -> (DeepMap<T>, MapReader) {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("map.dsm");
-    let map = map(seed);
-    write(&path, &map, packing);
-    (map, MapReader::open_in_memory(&path, &Limits::default()).unwrap())
-}
-
-fn tiles_with_pixels(reader: &MapReader) -> u64 {
-    let entries = reader.directory(0).unwrap().iter();
-    entries.filter(|(_, entry)| !entry.is_empty()).count() as u64
-}
-
-/// A field that counts what it is asked.
-struct Counted<'a, F>(&'a F, Cell<u64>);
-
-impl<F: VisibilityField> VisibilityField for Counted<'_, F> {
-    type Value = F::Value;
-    type Error = F::Error;
-
-    fn size(&self) -> [u32; 2] {
-        self.0.size()
-    }
-
-    fn evaluate(&self, pixel: [u32; 2], depth: f32) -> Result<F::Value, F::Error> {
-        self.1.set(self.1.get() + 1);
-        self.0.evaluate(pixel, depth)
-    }
-
-    fn evaluate_block(&self, visitor: &mut impl BlockVisitor<F::Value>) -> Result<(), F::Error> {
-        self.0.evaluate_block(&mut CountedBlock(visitor, &self.1))
-    }
-}
-
-/// A visitor that counts what it asks.
-struct CountedBlock<'a, V>(&'a mut V, &'a Cell<u64>);
-
-impl<T, V: BlockVisitor<T>> BlockVisitor<T> for CountedBlock<'_, V> {
-    fn bounds(&self) -> [Range<u32>; 2] {
-        self.0.bounds()
-    }
-
-    fn columns(&mut self, row: u32) -> Range<u32> {
-        self.0.columns(row)
-    }
-
-    fn depth(&mut self, column: u32) -> Option<f32> {
-        let depth = self.0.depth(column);
-        self.1.set(self.1.get() + u64::from(depth.is_some()));
-        depth
-    }
-
-    fn take(&mut self, value: T) {
-        self.0.take(value);
-    }
-}
-
-fn bits<T: Transmittance>(value: T) -> Vec<u32> {
-    (0..T::CHANNELS).map(|channel| value.channel(channel).to_bits()).collect()
-}
-
-/// Compares `lookups` filtered lookups that wander, and at times jump; tells
-/// how many pixels they asked for.
-fn compare<T: Transmittance, F: VisibilityField<Value = T>>(
-    map: &DeepMap<T>,
-    field: &F,
-    seed: u64,
-    lookups: u32,
-) -> u64
-where
-    F::Error: Debug,
-{
-    let field = Counted(field, Cell::new(0));
-    let filter = |shape, width| Footprint::Isotropic(Filter::new(shape, width).unwrap());
-    let slanted =
-        Footprint::Elliptical { shape: FilterShape::Gaussian, axes: [[9.0, 6.0], [-1.0, 1.5]] };
-    let (narrow, tent) = (filter(FilterShape::Box, 3.0), filter(FilterShape::Tent, 4.0));
-    let footprints = [Footprint::Point, narrow, Footprint::Point, narrow, slanted, tent];
-    let mut random = Random(seed);
-    let size = SIZE.map(|size| size as f32);
-    let mut at = [0.0; 2];
-    for lookup in 0..lookups {
-        if lookup % 100 == 0 {
-            at = size.map(|size| random.next() * size);
-        }
-        at =
-            [0, 1].map(|axis| (at[axis] + 4.0 * random.next() - 2.0).clamp(0.0, size[axis] - 0.01));
-        let receiver = Receiver::new(at, 4.0 * random.next());
-        let footprint = footprints[lookup as usize % 6];
-        let Ok(expected) = filtered_lookup(map, &receiver, &footprint);
-        let found = filtered_lookup(&field, &receiver, &footprint).unwrap();
-        assert_eq!(bits(found), bits(expected), "{receiver:?}");
-    }
-    field.1.get()
-}
+use maps::{SIZE, THREADS, TILE, compare, map, tiles_with_pixels, write, written};
 
 fn agrees_under_threads<T: Transmittance>(packing: Packing, lookups: u32) {
     let (map, reader) = written::<T>(1, packing);
@@ -366,96 +225,6 @@ fn what_is_not_there_is_an_error() {
     for pixel in [[SIZE[0], 0], [0, SIZE[1]], [u32::MAX; 2]] {
         assert!(matches!(cursor.evaluate(pixel, 1.0), Err(Error::NoSuchPixel(_))), "{pixel:?}");
     }
-}
-
-/// The pixels of level `k` from those of level 0: the first of each square.
-fn thinned<T: Transmittance>(map: &DeepMap<T>, k: u32) -> DeepMap<T> {
-    let [width, height] = SIZE.map(|side| side.div_ceil(1 << k));
-    let mut pixels = PixelListsBuilder::new(width, height);
-    for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
-        map.pixel(x << k, y << k).vertices().for_each(|vertex| pixels.push(vertex));
-        pixels.finish_pixel().unwrap();
-    }
-    DeepMap::new(*map.info(), pixels.finish().unwrap())
-}
-
-/// Cuts a level into tiles.
-fn write_level<T: Transmittance>(writer: &mut MapWriter, index: u32, map: &DeepMap<T>) {
-    let level = writer.levels()[index as usize];
-    let [columns, rows] = level.tiles();
-    for (y, x) in (0..rows).flat_map(|y| (0..columns).map(move |x| (y, x))) {
-        let rect = level.tile_rect(x, y).unwrap();
-        let mut tile = PixelListsBuilder::<T>::new(rect.width, rect.height);
-        for (row, column) in (0..rect.height).flat_map(|y| (0..rect.width).map(move |x| (y, x))) {
-            let pixel = map.pixel(rect.x + column, rect.y + row);
-            pixel.vertices().for_each(|vertex| tile.push(vertex));
-            tile.finish_pixel().unwrap();
-        }
-        let tile = tile.finish().unwrap();
-        writer.write_tile(TileId::new(index, x, y), tile.view(), AchievedError::NONE).unwrap();
-    }
-}
-
-fn levels_equal_the_map_in_memory<T: Transmittance>(lookups: u32) {
-    let base = map::<T>(10);
-    let levels: Vec<_> = (0..=8).map(|k| thinned(&base, k)).collect();
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("map.dsm");
-    let metadata = Metadata::new(SIZE[0], SIZE[1], T::CHANNELS as u8, *base.info());
-    let options = WriteOptions::default().with_tile_size(TILE);
-    let mut writer = MapWriter::create(&path, metadata, options).unwrap();
-    for (level, number) in levels.iter().zip(0..) {
-        if number > 0 {
-            let [width, height] = level.size();
-            writer.add_level(Level { number, ..Level::new(width, height, TILE, 0.0) }).unwrap();
-        }
-        write_level(&mut writer, number, level);
-    }
-    writer.finish().unwrap();
-    let cached = TileCache::new(1 << 20).open::<T>(&path, &Limits::default()).unwrap();
-    let (through_cache, in_memory) = (cached.pyramid().unwrap(), Pyramid::new(levels).unwrap());
-    assert_eq!(through_cache.levels().len(), 9);
-    let mut random = Random(11);
-    for lookup in 0..lookups {
-        let receiver = Receiver {
-            depth_gradient: [random.next() * 0.1, random.next() * 0.1 - 0.05],
-            ..Receiver::new(SIZE.map(|side| random.next() * side as f32), 4.0 * random.next())
-        };
-        let width = (random.next() * 8.0).exp2().max(2.0);
-        let shape =
-            [FilterShape::Box, FilterShape::Tent, FilterShape::Gaussian][lookup as usize % 3];
-        let footprint = match lookup % 8 {
-            0 => Footprint::Point,
-            1 => Footprint::Elliptical { shape, axes: [[width, 0.5 * width], [-1.0, 2.0]] },
-            _ => Footprint::Isotropic(Filter::new(shape, width).unwrap()),
-        };
-        let choice = match lookup % 5 {
-            0 => LevelChoice::Fixed(f64::from(random.next() * 9.0).max(4.0)),
-            _ => LevelChoice::Auto,
-        };
-        let Ok(expected) = in_memory.lookup(&receiver, &footprint, choice);
-        let found = through_cache.lookup(&receiver, &footprint, choice).unwrap();
-        assert_eq!(bits(found), bits(expected), "{receiver:?} {footprint:?} {choice:?}");
-    }
-}
-
-#[test]
-fn all_levels_equal_the_map_in_memory() {
-    levels_equal_the_map_in_memory::<f32>(20_000);
-    levels_equal_the_map_in_memory::<Rgb>(5_000);
-}
-
-#[test]
-fn levels_that_are_no_pyramid_are_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("map.dsm");
-    let metadata = Metadata::new(SIZE[0], SIZE[1], 1, MapInfo::default());
-    let mut writer = MapWriter::create(&path, metadata, WriteOptions::default()).unwrap();
-    writer.add_level(Level { number: 1, ..Level::new(74, 50, 64, 0.0) }).unwrap();
-    writer.finish().unwrap();
-    let cached = TileCache::new(0).open::<f32>(&path, &Limits::default()).unwrap();
-    let refused = cached.pyramid().unwrap_err().to_string();
-    assert!(refused.contains("map.dsm: level 1 of a pyramid: its size"), "{refused}");
 }
 
 /// Asks for the diagonal of a square, and its own cursor for the first pixel
