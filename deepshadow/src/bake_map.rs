@@ -21,6 +21,20 @@ use crate::kinds::implementation;
 /// arguments give the same bytes, whatever the number of threads. On an error
 /// `output` is what it was before.
 ///
+/// ```
+/// use std::ops::ControlFlow;
+///
+/// use deepshadow::{Bake, Kind, bake};
+///
+/// let scene = deepshadow::scene::builtin_scene("spinning-sphere")?;
+/// let settings = Bake::new([32, 32])?.with_kind(Kind::LAYERS);
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("sphere.dsm");
+/// let report = bake(&scene, &scene.light, &settings, &path, |_| ControlFlow::Continue(()))?;
+/// assert!(report.bytes > 0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 ///
 /// [`Error::Unsupported`] for settings that the kind does not have,

@@ -3,6 +3,17 @@
 use dsm_core::{DeepMap, MapInfo, Rgb};
 
 /// A deep map of either number of channels.
+///
+/// ```no_run
+/// use dsm_io::{AnyDeepMap, Limits, MapReader};
+///
+/// let reader = MapReader::open("shadow.dsm", &Limits::default())?;
+/// match AnyDeepMap::read(&reader, 0)? {
+///     AnyDeepMap::Mono(map) => println!("{}", map.pixel(0, 0).at(4.5)),
+///     AnyDeepMap::Rgb(map) => println!("{:?}", map.pixel(0, 0).at(4.5)),
+/// }
+/// # Ok::<(), dsm_io::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum AnyDeepMap {
     /// One channel.

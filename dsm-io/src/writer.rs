@@ -219,6 +219,26 @@ impl MapWriter {
 /// Cuts a whole map into tiles and writes it as level 0 of a new file, and
 /// returns the file's length in bytes. `error` is that of every tile.
 ///
+/// ```
+/// use dsm_core::{DeepMap, MapInfo, PixelListsBuilder, Vertex};
+/// use dsm_io::{AchievedError, Limits, MapReader, Metadata, WriteOptions, write_map};
+///
+/// // One pixel that half of the light passes from depth 2 on.
+/// let mut pixels = PixelListsBuilder::<f32>::new(1, 1);
+/// pixels.push(Vertex::new(2.0, 1.0));
+/// pixels.push(Vertex::new(2.0, 0.5));
+/// pixels.finish_pixel()?;
+/// let map = DeepMap::new(MapInfo::new(), pixels.finish()?);
+///
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("pane.dsm");
+/// let metadata = Metadata::new(1, 1, 1, MapInfo::new());
+/// write_map(&path, metadata, &map, AchievedError::NONE, WriteOptions::default())?;
+/// let read = MapReader::open(&path, &Limits::default())?.read_map::<f32>(0)?;
+/// assert_eq!(read.pixel(0, 0).at(3.0), 0.5);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 ///
 /// As [`MapWriter::create`], [`MapWriter::write_tile`] and

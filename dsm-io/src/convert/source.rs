@@ -22,6 +22,14 @@ use crate::tile_id::TileRect;
 
 /// A file whose pixels are, or can be made, visibility functions: what
 /// [`convert`](crate::convert()) and [`compare`](super::compare::compare()) read.
+///
+/// ```no_run
+/// use dsm_io::{Limits, MapSource};
+///
+/// let source = MapSource::open("hair.exr".as_ref(), None, &Limits::default())?;
+/// println!("{:?} pixels, {} channels", source.size(), source.channels());
+/// # Ok::<(), dsm_io::Error>(())
+/// ```
 #[derive(Debug)]
 pub enum MapSource {
     /// A `.dsm` map: its level 0 as stored.
