@@ -18,9 +18,11 @@ pub(crate) use plot::{Panel, svg};
 pub(crate) use report::table;
 pub(crate) use timing::seconds;
 
-pub use bakes::{Bakes, StoredMap};
-pub use figure7::{Figure7, Figure7Row};
-pub use figure8::{Figure8, Figure8Row, log_log_slope};
-pub use figure9::{Figure9, Figure9Row};
-pub use report::Report;
-pub use stage::{Effort, Stage};
+pub use self::{
+    bakes::{Bakes, StoredMap},
+    figure7::{Figure7, Figure7Row},
+    figure8::{Figure8, Figure8Row, log_log_slope},
+    figure9::{Figure9, Figure9Row},
+    report::Report,
+    stage::{Effort, Stage},
+};

@@ -5,6 +5,8 @@ mod comparison;
 mod stage;
 mod strips;
 
-pub use comparison::{Comparison, ComparisonRow};
-pub use stage::{Stage, map_settings};
-pub use strips::{STRIPS, strip};
+pub use self::{
+    comparison::{Comparison, ComparisonRow},
+    stage::{Stage, map_settings},
+    strips::{STRIPS, strip},
+};

@@ -14,15 +14,17 @@ mod table1;
 mod table2;
 mod table3;
 
-pub use cost::{Cost, RadiusCost, SizeCost};
-pub use difference::Difference;
-pub use effort::Effort;
-pub use figure2::figure_2;
-pub use figure4::{Figure4, Figure4Row};
-pub use maps::{Map, Method};
-pub use page::Page;
-pub use stage::{Factors, Stage};
-pub use study::{Lit, Shadowed, Study};
-pub use table1::{Table1, Table1Row};
-pub use table2::{Table2, Table2Row};
-pub use table3::{MapCost, Table3, Table3Row};
+pub use self::{
+    cost::{Cost, RadiusCost, SizeCost},
+    difference::Difference,
+    effort::Effort,
+    figure2::figure_2,
+    figure4::{Figure4, Figure4Row},
+    maps::{Map, Method},
+    page::Page,
+    stage::{Factors, Stage},
+    study::{Lit, Shadowed, Study},
+    table1::{Table1, Table1Row},
+    table2::{Table2, Table2Row},
+    table3::{MapCost, Table3, Table3Row},
+};
