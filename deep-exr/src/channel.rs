@@ -1,6 +1,17 @@
 //! What a part's channels are called, and how they store their values.
 
 /// Storage format of a channel's values.
+///
+/// ```
+/// use deep_exr::{AlphaChannels, ChannelType, SampleType, WriteOptions};
+///
+/// let options = WriteOptions::new(4, 4).alpha(AlphaChannels::Mono, SampleType::Half);
+/// let types = |name: &str| {
+///     let channels = options.channels();
+///     channels.into_iter().find(|channel| channel.name == name).map(|channel| channel.channel_type)
+/// };
+/// assert_eq!([types("A"), types("Z")], [Some(ChannelType::Half), Some(ChannelType::Float)]);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChannelType {
     /// 16-bit floats.
@@ -40,6 +51,13 @@ pub struct Channel {
 }
 
 /// Channels that hold the samples' opacity.
+///
+/// ```
+/// use deep_exr::{AlphaChannels, DeepRows};
+///
+/// let rows = DeepRows::new(1, AlphaChannels::Colour, false);
+/// assert_eq!(rows.alpha_channels(), AlphaChannels::Colour);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AlphaChannels {
     /// There is no alpha channel: every sample is opaque.

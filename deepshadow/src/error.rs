@@ -6,6 +6,14 @@ use dsm_io::detail::{KindReader, MapKind};
 
 /// An error of the front door; [`source`](std::error::Error::source) leads to its
 /// cause.
+///
+/// ```
+/// use std::error::Error as _;
+///
+/// let error = deepshadow::ShadowMap::open("no/such.dsm").unwrap_err();
+/// assert!(matches!(error, deepshadow::Error::File(_)));
+/// assert!(error.source().is_some());
+/// ```
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {

@@ -6,6 +6,12 @@ use dsm_core::{SurfaceHit, Transmittance};
 use crate::layer::LayerRun;
 
 /// The rule by which a layer that counts several samples is split.
+///
+/// ```
+/// use mtsm::detail::LeafRule;
+///
+/// assert_eq!(LeafRule::default(), LeafRule::Ratio);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LeafRule {

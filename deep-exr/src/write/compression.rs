@@ -3,6 +3,21 @@
 use crate::codec::packing::Packing;
 
 /// Compression of a written image's chunks.
+///
+/// ```
+/// use deep_exr::{Compression, DeepExrReader, DeepExrWriter, Limits, WriteOptions};
+///
+/// let options = WriteOptions::new(2, 1).compression(Compression::Rle);
+/// let mut writer = DeepExrWriter::new(std::io::Cursor::new(Vec::new()), &options)?;
+/// let mut rows = options.rows(2);
+/// rows.finish_pixel()?;
+/// rows.finish_pixel()?;
+/// writer.write_rows(&rows)?;
+/// let bytes = writer.finish()?.into_inner();
+/// let reader = DeepExrReader::from_bytes(bytes, None, &Limits::default())?;
+/// assert_eq!(reader.header().compression, "RLE");
+/// # Ok::<(), deep_exr::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Compression {

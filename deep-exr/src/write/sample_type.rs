@@ -5,6 +5,14 @@ use half::f16;
 use crate::channel::ChannelType;
 
 /// Storage format of a written image's opacities; depths are 32-bit floats.
+///
+/// ```
+/// use deep_exr::{AlphaChannels, ChannelType, SampleType, WriteOptions};
+///
+/// let options = WriteOptions::new(4, 4).alpha(AlphaChannels::Mono, SampleType::Half);
+/// let halves = options.channels().into_iter().filter(|c| c.channel_type == ChannelType::Half);
+/// assert_eq!(halves.map(|channel| channel.name).collect::<Vec<_>>(), ["A"]);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SampleType {
     /// 32-bit floats.

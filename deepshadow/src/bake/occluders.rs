@@ -14,6 +14,31 @@ use crate::error::{Error, Result};
 /// the light, so that all that any point of it sees is in the map (Xie et al.
 /// 2007, equation 4). [`Scene`]s are occluders, and [`ThroughView`] makes
 /// occluders of a function from a view to a [`HitSource`].
+///
+/// ```
+/// use deepshadow::visibility::{RaySource, RayHits, SamplePoint, SurfaceHit, ViewRaster};
+/// use deepshadow::{AnyHitSource, Error, Occluders};
+///
+/// /// A pane of this opacity, 2 units from wherever it is seen.
+/// struct Pane(f32);
+///
+/// impl Occluders for Pane {
+///     fn mono(&self, _: &ViewRaster) -> Result<AnyHitSource<'_, f32>, Error> {
+///         let hits = |_: SamplePoint, hits: &mut RayHits<f32>| {
+///             hits.push_surface(SurfaceHit { depth: 2.0, opacity: self.0 })
+///         };
+///         Ok(AnyHitSource::new(RaySource(hits)))
+///     }
+///
+///     fn rgb(
+///         &self,
+///         _: &ViewRaster,
+///     ) -> Result<AnyHitSource<'_, deepshadow::visibility::Rgb>, Error> {
+///         Err(Error::Unsupported("a pane has no colours".to_owned()))
+///     }
+/// }
+/// assert!(!Pane(0.5).is_coloured());
+/// ```
 pub trait Occluders: Sync {
     /// Whether any opacity differs between channels, so that a map with one
     /// channel would lose something.
@@ -37,6 +62,17 @@ pub trait Occluders: Sync {
 }
 
 /// A hit source without its type, called once a tile.
+///
+/// ```
+/// use deepshadow::AnyHitSource;
+/// use deepshadow::visibility::{RayHits, RaySource, SamplePoint, SurfaceHit};
+///
+/// let pane = RaySource(|_: SamplePoint, hits: &mut RayHits<f32>| {
+///     hits.push_surface(SurfaceHit { depth: 2.0, opacity: 0.5 })
+/// });
+/// let source: AnyHitSource<'_, f32> = AnyHitSource::new(pane);
+/// # drop(source);
+/// ```
 pub struct AnyHitSource<'a, T>(Box<dyn HitSource<T, Error = SourceError> + 'a>);
 
 impl<'a, T: Transmittance> AnyHitSource<'a, T> {

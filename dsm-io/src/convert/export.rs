@@ -20,6 +20,18 @@ use crate::progress::tell;
 use crate::region::Region;
 
 /// Counts and errors of an export.
+///
+/// ```no_run
+/// use dsm_core::Progress;
+/// use dsm_io::{ExportOptions, ExportReport, Limits, MapSource, export_deep_exr};
+///
+/// let mut map = MapSource::open("shadow.dsm".as_ref(), None, &Limits::default())?;
+/// let (image, options) = ("shadow.exr".as_ref(), ExportOptions::default());
+/// let ExportReport { samples, achieved, .. } =
+///     export_deep_exr(&mut map, image, &options, Progress::ignore)?;
+/// println!("{samples} samples, off by {achieved}");
+/// # Ok::<(), dsm_io::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ExportReport {

@@ -13,6 +13,20 @@ use crate::error::{Error, Result};
 use crate::reader::MapReader;
 
 /// The operation that made one map of several, as [`merge`] reports it.
+///
+/// ```no_run
+/// use dsm_core::Progress;
+/// use dsm_io::{Limits, MapReader, MergeReport, merge};
+///
+/// let open = |path: &str| MapReader::open(path.as_ref(), &Limits::default());
+/// let parts = [open("left.dsm")?, open("right.dsm")?];
+/// match merge(&parts, "whole.dsm".as_ref(), None, Progress::ignore)? {
+///     MergeReport::Multiplied { tolerance, .. } => println!("within {}", tolerance.epsilon()),
+///     MergeReport::Assembled => println!("crops of one map"),
+///     _ => {}
+/// }
+/// # Ok::<(), dsm_io::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum MergeReport {
