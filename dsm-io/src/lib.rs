@@ -52,6 +52,7 @@ pub use cache::map::CachedMap;
 pub use cache::shadow::CachedShadow;
 pub use cache::statistics::CacheStatistics;
 pub use codec::{Block, Codec};
+pub use convert::camera_reading::{CameraConventions, CameraReading, NdcRange, ViewAxis};
 pub use convert::compare::{MapDifference, check_bound, compare, compare_levels};
 pub use convert::export::{ExportReport, export_deep_exr};
 pub use convert::export_options::ExportOptions;

@@ -43,6 +43,7 @@ pub use error::{Error, Result};
 pub use file::open_scene;
 pub use hit_source::SceneHitSource;
 pub use load::load_shape;
+pub use load::vdb::choice::GridChoice;
 pub use mesh::TriangleMesh;
 pub use raster::scene_rasterizer::SceneRasterizer;
 pub use reference::SceneReference;

@@ -8,6 +8,7 @@ use dsm_core::detail::PixelWindow;
 use dsm_core::{DepthKind, MapInfo, ShadowCamera, Tolerance, Transmittance};
 use glam::DMat4;
 
+use super::camera_reading::CameraConventions;
 use super::report::ImportReport;
 use super::rows::SourceRows;
 use crate::achieved_error::AchievedError;
@@ -119,8 +120,13 @@ impl MapSource {
         }
     }
 
-    /// The metadata of a map made from this file with an error of `added`.
-    pub(super) fn target_metadata(&self, added: Tolerance) -> Result<(Metadata, ImportReport)> {
+    /// The metadata of a map made from this file with an error of `added`, and how
+    /// its camera is read.
+    pub(super) fn target_metadata(
+        &self,
+        added: Tolerance,
+        cameras: CameraConventions,
+    ) -> Result<(Metadata, ImportReport)> {
         match self {
             Self::Map(map) => {
                 let mut metadata = map.metadata().clone();
@@ -132,7 +138,7 @@ impl MapSource {
                 let header = image.header();
                 let mut report = ImportReport::default();
                 let info = MapInfo {
-                    camera: camera(header, &mut report),
+                    camera: camera(header, cameras, &mut report),
                     depth_kind: DepthKind::Planar,
                     tolerance: added,
                     data_window: Some(pixels(header.data_window)),
@@ -160,7 +166,11 @@ const fn pixels(Window { min, max }: Window) -> PixelWindow {
 
 /// Row-vector matrices become column-vector ones: OpenEXR's rows are glam's
 /// columns, so the transposition moves no number.
-fn camera(header: &Header, report: &mut ImportReport) -> Option<ShadowCamera> {
+fn camera(
+    header: &Header,
+    conventions: CameraConventions,
+    report: &mut ImportReport,
+) -> Option<ShadowCamera> {
     let mut matrix = |numbers: Option<[f32; 16]>| {
         let matrix = DMat4::from_cols_array(&numbers?.map(f64::from));
         report.dropped_matrices += u64::from(!matrix.is_finite());
@@ -168,8 +178,12 @@ fn camera(header: &Header, report: &mut ImportReport) -> Option<ShadowCamera> {
     };
     let world_to_camera = matrix(header.world_to_camera);
     let world_to_ndc = matrix(header.world_to_ndc);
-    let known = world_to_camera.is_some() || world_to_ndc.is_some();
-    known.then_some(ShadowCamera { world_to_camera, world_to_ndc })
+    if world_to_camera.or(world_to_ndc).is_none() {
+        return None;
+    }
+    let (camera, reading) = conventions.read(world_to_camera, world_to_ndc);
+    report.camera = Some(reading);
+    Some(camera)
 }
 
 /// What every image states and maps have no field for, where it says
