@@ -58,7 +58,9 @@ fn layouts() -> [Layout; 4] {
 fn every_kind_of_image_comes_back() {
     let alphas = [AlphaChannels::None, AlphaChannels::Mono, AlphaChannels::Colour];
     for layout in layouts() {
-        for compression in [Compression::None, Compression::Rle, Compression::Zips] {
+        for compression in
+            [Compression::None, Compression::Rle, Compression::Zips, Compression::Zstd]
+        {
             for alpha in alphas {
                 for (sample_type, z_back) in [(SampleType::Half, true), (SampleType::Float, false)]
                 {

@@ -21,7 +21,7 @@ pub(super) struct ColumnSource {
 pub(super) struct ChannelPlan {
     sources: Vec<ColumnSource>,
     alpha: AlphaChannels,
-    words_per_sample: usize,
+    channel_words: Vec<usize>,
 }
 
 impl ChannelPlan {
@@ -53,7 +53,7 @@ impl ChannelPlan {
         Some(Self {
             sources: columns.into_iter().filter_map(source).collect(),
             alpha,
-            words_per_sample: words(channels),
+            channel_words: channels.iter().map(|c| c.channel_type.words()).collect(),
         })
     }
 
@@ -76,12 +76,17 @@ impl ChannelPlan {
 
     /// 16-bit words of one sample, all channels.
     pub(super) fn words_per_sample(&self) -> usize {
-        self.words_per_sample
+        self.channel_words.iter().sum()
+    }
+
+    /// 16-bit words of a value, of each channel in the file's order.
+    pub(super) fn channel_words(&self) -> &[usize] {
+        &self.channel_words
     }
 
     /// Bytes of one sample, all channels.
     pub(super) fn bytes_per_sample(&self) -> u64 {
-        2 * self.words_per_sample as u64
+        2 * self.words_per_sample() as u64
     }
 }
 

@@ -57,7 +57,9 @@ impl ReadablePart {
                 compression,
                 reason,
             })?;
-        let compression = Compression::read(&mut &[packing.id()][..])
+        // The exr crate decodes flat parts only, and does not know ZSTD.
+        let known = if deep { 0 } else { packing.id() };
+        let compression = Compression::read(&mut &[known][..])
             .map_err(|error| part.error("compression", error.to_string()))?;
 
         let data_window = part.window("dataWindow")?;
