@@ -62,7 +62,8 @@ pub(crate) struct ConvertFlags {
     /// [default: float]
     #[arg(long, value_enum)]
     exr_type: Option<TypeName>,
-    /// Compression of an .exr [default: zips]
+    /// Compression of an .exr; zstd needs OpenEXR 3.5 to be read
+    /// [default: zips]
     #[arg(long, value_enum)]
     exr_compression: Option<CompressionName>,
     #[command(flatten)]
@@ -91,6 +92,7 @@ enum TypeName {
 enum CompressionName {
     Zips,
     Rle,
+    Zstd,
     None,
 }
 
@@ -199,6 +201,7 @@ impl ConvertFlags {
             },
             compression: match self.exr_compression {
                 Some(CompressionName::Rle) => Compression::Rle,
+                Some(CompressionName::Zstd) => Compression::Zstd,
                 Some(CompressionName::None) => Compression::None,
                 Some(CompressionName::Zips) | None => Compression::Zips,
             },
