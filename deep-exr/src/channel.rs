@@ -65,6 +65,65 @@ pub enum AlphaChannels {
     /// One opacity, from `A`.
     Mono,
     /// One opacity per colour, from `AR`, `AG`, `AB` (or `RA`, `GA`, `BA`);
-    /// a colour without its own uses `A`, and is opaque without that.
+    /// a colour without its own uses `A`.
     Colour,
+}
+
+/// Names of the channels that are read, as the file has them.
+///
+/// ```
+/// use deep_exr::{AlphaChannels, DeepExrReader, DeepExrWriter, Limits, SampleType, WriteOptions};
+///
+/// let options = WriteOptions::new(1, 1).alpha(AlphaChannels::Mono, SampleType::Half);
+/// let mut rows = options.rows(1);
+/// rows.finish_pixel()?;
+/// let mut writer = DeepExrWriter::new(std::io::Cursor::new(Vec::new()), &options)?;
+/// writer.write_rows(&rows)?;
+/// let bytes = writer.finish()?.into_inner();
+/// let reader = DeepExrReader::from_bytes(bytes, None, &Limits::default())?;
+/// assert_eq!((reader.header().read.z.as_str(), reader.header().read.line()), ("Z", None));
+/// # Ok::<(), deep_exr::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct ReadChannels {
+    /// The front depth.
+    pub z: String,
+    /// The back depth.
+    pub z_back: Option<String>,
+    /// The opacity: none, one, or those of red, green and blue.
+    pub opacity: Vec<String>,
+}
+
+impl ReadChannels {
+    /// One line that names them, unless they are those that every image has.
+    #[must_use]
+    pub fn line(&self) -> Option<String> {
+        let mut told = Vec::new();
+        if self.z != "Z" {
+            told.push(format!("depth from '{}'", self.z));
+        }
+        if let Some(back) = self.z_back.as_deref().filter(|&back| back != "ZBack") {
+            told.push(format!("back depth from '{back}'"));
+        }
+        const PLAIN: [&str; 7] = ["A", "AR", "AG", "AB", "RA", "GA", "BA"];
+        let is_plain = |name: &String| PLAIN.contains(&name.as_str());
+        match self.opacity.as_slice() {
+            [only] if only == "A" => {}
+            [only] if is_plain(only) || only.rsplit('.').next() != Some("A") => {
+                told.push(format!("opacity of all colours from '{only}'"));
+            }
+            [only] => told.push(format!("opacity from '{only}'")),
+            several if several.iter().all(is_plain) => {}
+            several => told.push(format!("opacity from '{}'", several.join("', '"))),
+        }
+        (!told.is_empty()).then(|| told.join(", "))
+    }
+
+    /// Whether a channel of this name is read.
+    #[must_use]
+    pub fn contains(&self, name: &str) -> bool {
+        let read = [&self.z].into_iter().chain(&self.z_back).chain(&self.opacity);
+        read.into_iter().any(|own| own == name)
+    }
 }

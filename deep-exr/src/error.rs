@@ -114,6 +114,21 @@ pub enum Error {
         parts: String,
     },
 
+    /// A part whose channels for depth and opacity are missing or not clear.
+    #[error("part {part}: {reason}; its channels are {channels}")]
+    Channels {
+        /// The part: its index, and its name where it has one.
+        part: String,
+        /// What is missing or not clear.
+        reason: String,
+        /// Its channels.
+        channels: String,
+    },
+
+    /// A choice of channels that is none.
+    #[error("channels: {0}")]
+    Selection(String),
+
     /// A size is above what the caller allows.
     #[error("{place}: {what} is {value}, the limit is {limit}")]
     LimitExceeded {

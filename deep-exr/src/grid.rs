@@ -128,6 +128,24 @@ impl ChunkGrid {
         }
     }
 
+    /// The place in the offset table of the block whose chunk starts with these
+    /// numbers: `None` for one that the grid does not have.
+    pub(crate) fn index_of(&self, numbers: [i32; 4]) -> Option<usize> {
+        let (column, band) = if self.tiled {
+            let [column, band, 0, 0] = numbers else { return None };
+            (u32::try_from(column).ok()?, u32::try_from(band).ok()?)
+        } else {
+            let row = i64::from(numbers[0]) - i64::from(self.origin[1]);
+            let row = u32::try_from(row).ok()?;
+            if !row.is_multiple_of(self.block[1]) {
+                return None;
+            }
+            (0, self.band_of(row))
+        };
+        (column < self.columns() && band < self.bands())
+            .then(|| self.index(&self.block(column, band)))
+    }
+
     /// The block, for messages.
     pub(crate) fn describe(&self, block: &Block) -> String {
         if self.tiled {

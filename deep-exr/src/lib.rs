@@ -61,6 +61,7 @@ mod limits;
 mod read;
 mod rows;
 mod sample;
+mod selection;
 mod window;
 mod write;
 
@@ -72,6 +73,7 @@ pub use limits::Limits;
 pub use read::{header::Header, reader::DeepExrReader};
 pub use rows::DeepRows;
 pub use sample::DeepSample;
+pub use selection::Selection;
 pub use window::Window;
 pub use write::{compression::Compression, sample_type::SampleType};
 pub use write::{options::WriteOptions, writer::DeepExrWriter};
@@ -81,9 +83,11 @@ pub use write::{options::WriteOptions, writer::DeepExrWriter};
 #[doc(hidden)]
 pub mod detail {
     pub use crate::{
+        channel::ReadChannels,
         error::Result,
         grid::{Block, ChunkGrid},
         rows::Alpha,
+        selection::ChannelNames,
         write::encoder::{ChunkEncoder, EncodedChunk},
     };
 }

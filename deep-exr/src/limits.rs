@@ -19,7 +19,7 @@
 pub struct Limits {
     /// Pixels of the image. Default 2²⁸ (16,384 × 16,384).
     pub max_pixels: u64,
-    /// Samples of one pixel. Default 65,536.
+    /// Samples of one pixel. Default 2²⁰ (1,048,576).
     pub max_samples_per_pixel: u32,
     /// Bytes of one chunk (a scan line or a tile), unpacked. Default 256 MiB.
     pub max_chunk_bytes: u64,
@@ -39,7 +39,7 @@ impl Default for Limits {
     fn default() -> Self {
         Self {
             max_pixels: 1 << 28,
-            max_samples_per_pixel: 1 << 16,
+            max_samples_per_pixel: 1 << 20,
             max_chunk_bytes: 1 << 28,
             max_answer_bytes: 1 << 31,
             max_header_bytes: 1 << 24,

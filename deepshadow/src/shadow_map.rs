@@ -6,10 +6,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use dsm_core::{MapInfo, Progress};
-use dsm_io::detail::{Container, ErasedMap, Level, TileRect, check_bound};
+use dsm_io::detail::{AnyDeepMap, Container, ErasedMap, Level, TileRect, check_bound};
 use dsm_io::{
-    AnyDeepMap, Error as FileError, Limits, MapReader, MapSource, MapSummary, Metadata,
-    PixelContents,
+    Error as FileError, Limits, MapReader, MapSource, MapSummary, Metadata, PixelContents,
 };
 use glam::DVec3;
 

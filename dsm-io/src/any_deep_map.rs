@@ -5,7 +5,8 @@ use dsm_core::{DeepMap, MapInfo, Rgb};
 /// A deep map of either number of channels.
 ///
 /// ```no_run
-/// use dsm_io::{AnyDeepMap, Limits, MapReader};
+/// use dsm_io::detail::AnyDeepMap;
+/// use dsm_io::{Limits, MapReader};
 ///
 /// let reader = MapReader::open("shadow.dsm", &Limits::default())?;
 /// match AnyDeepMap::read(&reader, 0)? {

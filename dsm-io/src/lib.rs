@@ -43,7 +43,6 @@ mod writer;
 pub use deep_exr;
 
 pub use achieved_error::AchievedError;
-pub use any_deep_map::AnyDeepMap;
 pub use attribute::Attribute;
 pub use codec::{Codec, Packing};
 pub use convert::export::{ExportReport, export_deep_exr};
@@ -65,6 +64,7 @@ pub use writer::write_map;
 pub mod detail {
     pub use crate::{
         any_cached_map::AnyCachedMap,
+        any_deep_map::AnyDeepMap,
         bake::{BakeOptions, BakeReport, bake},
         cache::{
             TileCache,
@@ -78,7 +78,10 @@ pub mod detail {
             stored_tile::StoredTile,
             tile_columns::{ColumnReader, TileColumn},
         },
-        convert::compare::{MapDifference, check_bound, compare, compare_levels},
+        convert::{
+            camera_reading::{CameraConventions, CameraReading, NdcRange, ViewAxis},
+            compare::{MapDifference, check_bound, compare, compare_levels},
+        },
         crop::Crop,
         error::{Place, Result},
         format::{

@@ -8,9 +8,10 @@ use crate::mesh::check_point;
 
 /// Strands: chains of segments with a radius at every point.
 ///
-/// A segment is a ribbon that faces the ray. A ray meets it where it passes
-/// the segment within its radius, interpolated at the nearest point: once a
-/// segment. Segments of radius 0 are never met.
+/// A segment is a ribbon that faces the ray, round at its ends. A ray meets a strand
+/// once for each stretch of it that lies within the radius of the ray, interpolated
+/// between points: once a crossing, however the strand is cut into segments. Segments
+/// of radius 0 are never met.
 ///
 /// ```
 /// use dsm_scene::Curves;
@@ -137,6 +138,12 @@ impl Curves {
         [first, first + 1].map(|point| (self.points[point], self.radii[point]))
     }
 
+    /// True if segment `index` begins where the one before it ends.
+    #[must_use]
+    pub fn is_joined(&self, index: usize) -> bool {
+        index > 0 && self.segments[index - 1] + 1 == self.segments[index]
+    }
+
     /// The opacity `along` segment `index`, 0 at its first end and 1 at its
     /// second: 1 unless opacities were given.
     #[must_use]
@@ -185,6 +192,7 @@ mod tests {
     fn strands_are_chains_of_segments() {
         let curves = Curves::new(points(7), vec![0.5; 7], [3, 0, 1, 3]).unwrap();
         assert_eq!(curves.segments(), [0, 1, 4, 5]);
+        assert_eq!([0, 1, 2, 3].map(|index| curves.is_joined(index)), [false, true, false, true]);
         assert_eq!(curves.strand_count(), 4);
         assert_eq!(curves.segment(2), [(Vec3::X * 4.0, 0.5), (Vec3::X * 5.0, 0.5)]);
         assert_eq!(curves.bounds().min.x, -0.5);

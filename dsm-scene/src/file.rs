@@ -125,6 +125,7 @@ struct ObjectTable {
     opacity: Option<Opacity>,
     thickness: Option<f32>,
     density: Option<f32>,
+    grid: Option<String>,
     #[serde(default)]
     transform: TransformTable,
     #[serde(default)]
@@ -155,8 +156,8 @@ const fn one() -> f64 {
 /// `[light]` (`eye`, `target`, `up`, `projection`, `fov`, `extent`, `shape`,
 /// `size`, `radius`), `[shutter]` (`open`, `close`) and any number of
 /// `[[object]]` (one of `curves`, `mesh`, `volume` and `builtin`; `opacity`,
-/// `thickness`, `density`, `transform`, `transform_end`). Other keys are errors,
-/// and so are `thickness` without `curves` and `density` without `volume`. Of
+/// `thickness`, `density`, `grid`, `transform`, `transform_end`). Other keys are errors,
+/// and so are `thickness` without `curves`, `density` and `grid` without `volume`. Of
 /// `fov` and `extent`, and of `size` and `radius`, the one counts that the
 /// projection and the shape have.
 ///
@@ -240,18 +241,19 @@ fn within(error: Error, table: &str) -> Error {
 /// Shapes from files, each read once.
 struct Shapes<'a> {
     folder: &'a Path,
-    loaded: HashMap<(PathBuf, Option<u32>), Arc<Shape>>,
+    /// By path and by what they are made with.
+    loaded: HashMap<(PathBuf, Option<String>), Arc<Shape>>,
 }
 
 impl Shapes<'_> {
     fn get(
         &mut self,
         path: &Path,
-        thickness: Option<f32>,
+        made_with: Option<String>,
         load: impl FnOnce(&Path) -> Result<Shape>,
     ) -> Result<Arc<Shape>> {
         let path = self.folder.join(path);
-        let key = (path.clone(), thickness.map(f32::to_bits));
+        let key = (path.clone(), made_with);
         if let Some(shape) = self.loaded.get(&key) {
             return Ok(Arc::clone(shape));
         }
@@ -269,6 +271,9 @@ fn make_object(table: &ObjectTable, shapes: &mut Shapes<'_>) -> Result<Vec<Objec
     if table.density.is_some() && table.volume.is_none() {
         return refuse("density", "only volumes have one");
     }
+    if table.grid.is_some() && table.volume.is_none() {
+        return refuse("grid", "only volumes have one");
+    }
     let mut objects = match (&table.curves, &table.mesh, &table.volume, &table.builtin) {
         (Some(path), None, None, None) => {
             let load = |path: &Path| {
@@ -281,13 +286,15 @@ fn make_object(table: &ObjectTable, shapes: &mut Shapes<'_>) -> Result<Vec<Objec
                     None => curves,
                 }))
             };
-            vec![of_shape(shapes.get(path, table.thickness, load)?)]
+            vec![of_shape(shapes.get(path, table.thickness.map(|size| size.to_string()), load)?)]
         }
         (None, Some(path), None, None) => {
             vec![of_shape(shapes.get(path, None, |path| load_mesh(path).map(Shape::Mesh))?)]
         }
         (None, None, Some(path), None) => {
-            vec![of_shape(shapes.get(path, None, |path| load_volume(path).map(Shape::Volume))?)]
+            let choice = table.grid.as_deref().map(str::parse).transpose()?;
+            let load = |path: &Path| load_volume(path, choice.as_ref()).map(Shape::Volume);
+            vec![of_shape(shapes.get(path, table.grid.clone(), load)?)]
         }
         (None, None, None, Some(name)) => builtin_scene(name)?.objects,
         _ => {

@@ -58,7 +58,7 @@ pub mod detail {
         builtin::BUILTIN_SCENES,
         error::{Place, Result},
         hit_source::SceneHitSource,
-        load::{load_curves, load_mesh, load_shape, load_volume},
+        load::{load_curves, load_mesh, load_shape, load_volume, vdb::choice::GridChoice},
         raster::{
             rasterizer::{Rasterizer, RasterizerBuilder},
             segment::Segment,

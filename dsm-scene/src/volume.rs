@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use glam::{DVec3, IVec3, UVec3};
+use glam::{DAffine3, DMat3, DVec3, IVec3, UVec3};
 
 use crate::bounds::Bounds;
 use crate::error::{Error, Place, Result};
@@ -32,10 +32,10 @@ const MAX_COORDINATE: i32 = 1 << 28;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Volume {
-    /// Index (0, 0, 0) in object space.
-    translation: DVec3,
-    /// The distance between voxels in object space, > 0.
-    voxel_size: DVec3,
+    /// From index space to object space.
+    to_object: DAffine3,
+    /// From directions of object space to index space.
+    to_index: DMat3,
     /// The brick that the table begins with, and how many it has each way.
     first_brick: IVec3,
     brick_count: UVec3,
@@ -47,6 +47,8 @@ pub struct Volume {
     occupied: Vec<bool>,
     /// The lowest and the highest voxel that was set.
     extent: [IVec3; 2],
+    /// Cells beyond those voxels that density reaches into.
+    margin: f64,
     largest: f32,
     voxel_count: u64,
 }
@@ -71,6 +73,7 @@ pub struct VolumeBuilder {
     constants: HashMap<u32, u32>,
     shared: HashSet<u32>,
     extent: [IVec3; 2],
+    background: f32,
     largest: f32,
     voxel_count: u64,
 }
@@ -83,6 +86,7 @@ impl Default for VolumeBuilder {
             constants: HashMap::new(),
             shared: HashSet::new(),
             extent: [IVec3::MAX, IVec3::MIN],
+            background: 0.0,
             largest: 0.0,
             voxel_count: 0,
         }
@@ -98,6 +102,32 @@ impl VolumeBuilder {
     /// ±2²⁸; [`Error::TooLarge`] above 2²⁴ bricks of 8³ voxels.
     pub fn set(&mut self, index: IVec3, value: f32) -> Result<()> {
         let value = self.note(index, index, value, 1)?;
+        self.write(index, value)
+    }
+
+    /// Sets what lies around the voxels that are set, up to one voxel beyond their
+    /// box: 0 unless it is set.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Malformed`] for a value that is not finite.
+    pub(crate) fn set_background(&mut self, value: f32) -> Result<()> {
+        if !value.is_finite() {
+            let reason = format!("the background must be finite, not {value}");
+            return Err(Error::malformed(Place::Whole, reason));
+        }
+        self.background = value.max(0.0);
+        Ok(())
+    }
+
+    /// Sets the voxel at `index` to what counts only where the box of the others
+    /// reaches.
+    pub(crate) fn set_outside(&mut self, index: IVec3, value: f32) -> Result<()> {
+        let value = check_voxel(index, index, value)?;
+        self.write(index, value)
+    }
+
+    fn write(&mut self, index: IVec3, value: f32) -> Result<()> {
         let brick = index >> BRICK_LOG2;
         let slot = match self.bricks.get(&brick) {
             Some(slot) if !self.shared.contains(slot) => *slot,
@@ -147,18 +177,11 @@ impl VolumeBuilder {
     }
 
     fn note(&mut self, first: IVec3, last: IVec3, value: f32, voxels: u64) -> Result<f32> {
-        let place = || Place::Voxel(first.to_array());
-        if !value.is_finite() {
-            return Err(Error::malformed(place(), format!("density must be finite, not {value}")));
-        }
-        let far = IVec3::splat(MAX_COORDINATE);
-        if first.cmplt(-far).any() || last.cmpgt(far).any() {
-            return Err(Error::malformed(place(), "voxels may lie within ±2^28 only"));
-        }
+        let value = check_voxel(first, last, value)?;
         self.extent = [self.extent[0].min(first), self.extent[1].max(last)];
         self.largest = self.largest.max(value);
         self.voxel_count += voxels;
-        Ok(value.max(0.0))
+        Ok(value)
     }
 
     /// The volume, whose voxels are `voxel_size` apart and whose voxel
@@ -170,21 +193,40 @@ impl VolumeBuilder {
     /// [`Error::TooLarge`] if the box around all voxels holds more than 2²⁴
     /// bricks.
     pub fn build(self, voxel_size: DVec3, translation: DVec3) -> Result<Volume> {
-        let sound = |size: f64| (1e-18..=1e18).contains(&size);
-        if !(voxel_size.to_array().into_iter().all(sound)
-            && translation.abs().cmple(DVec3::splat(1e18)).all())
-        {
-            let reason = "voxels must be 1e-18 to 1e18 units large, at most 1e18 units away";
-            return Err(Error::malformed(Place::Named("transform".into()), reason));
-        }
+        self.build_placed(DAffine3 { matrix3: DMat3::from_diagonal(voxel_size), translation })
+    }
+
+    /// The volume, whose index space lies in object space as `to_object` says.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::build`]; also for a transform that cannot be undone.
+    pub fn build_placed(mut self, to_object: DAffine3) -> Result<Volume> {
+        let to_index = check_transform(&to_object)?;
         let (mut first, mut last) = (IVec3::ZERO, IVec3::NEG_ONE);
-        if !self.bricks.is_empty() {
+        let mut margin = 1.0;
+        if self.voxel_count > 0 {
+            if self.background > 0.0 {
+                self.extent[0] -= 1;
+                self.extent[1] += 1;
+                self.largest = self.largest.max(self.background);
+                margin = 0.0;
+            }
             (first, last) = (self.extent[0] >> BRICK_LOG2, self.extent[1] >> BRICK_LOG2);
         }
         let brick_count = (last - first + 1).as_uvec3();
         let sides = brick_count.to_array().map(u64::from);
         check_bricks(sides.into_iter().fold(1, u64::saturating_mul))?;
+        // What is outside the box that the others make is not looked at.
+        self.bricks.retain(|brick, _| brick.cmpge(first).all() && brick.cmple(last).all());
         let mut table = vec![0; brick_count.element_product() as usize];
+        if self.background > 0.0 {
+            let slot = (self.values.len() / BRICK_VOXELS) as u32;
+            self.values.resize(self.values.len() + BRICK_VOXELS, self.background);
+            for index in 0..table.len() as u64 {
+                self.bricks.entry(first + unflat(index, brick_count)).or_insert(slot);
+            }
+        }
         for (&brick, &slot) in &self.bricks {
             table[flat((brick - first).as_uvec3(), brick_count)] = slot;
         }
@@ -201,14 +243,15 @@ impl VolumeBuilder {
             }
         }
         Ok(Volume {
-            translation,
-            voxel_size,
+            to_object,
+            to_index,
             first_brick: first,
             brick_count,
             table,
             values: self.values,
             occupied,
             extent: self.extent,
+            margin,
             largest: self.largest,
             voxel_count: self.voxel_count,
         })
@@ -262,10 +305,17 @@ impl Volume {
         self.largest
     }
 
-    /// The distance between voxels in object space.
+    /// The distance between voxels in object space, along each axis of the grid.
     #[must_use]
     pub fn voxel_size(&self) -> DVec3 {
-        self.voxel_size
+        let DMat3 { x_axis, y_axis, z_axis } = self.to_object.matrix3;
+        DVec3::new(x_axis.length(), y_axis.length(), z_axis.length())
+    }
+
+    /// The map from index space to object space.
+    #[must_use]
+    pub fn to_object(&self) -> DAffine3 {
+        self.to_object
     }
 
     /// The density of the voxel at `index`, 0 where none was set.
@@ -290,7 +340,12 @@ impl Volume {
 
     /// A point of object space in index space.
     pub(crate) fn to_index(&self, point: DVec3) -> DVec3 {
-        (point - self.translation) / self.voxel_size
+        self.to_index * (point - self.to_object.translation)
+    }
+
+    /// A direction of object space in index space.
+    pub(crate) fn direction_to_index(&self, direction: DVec3) -> DVec3 {
+        self.to_index * direction
     }
 
     /// The density at the corners of the cell that begins at voxel `first`.
@@ -338,18 +393,14 @@ impl Volume {
             return Bounds::default();
         }
         let [low, high] = self.extent;
-        Bounds { min: low.as_dvec3() - 1.0, max: high.as_dvec3() + 1.0 }
+        Bounds { min: low.as_dvec3() - self.margin, max: high.as_dvec3() + self.margin }
     }
 
     /// The box that density reaches, in object space.
     #[must_use]
     pub fn bounds(&self) -> Bounds {
         let bounds = self.index_bounds();
-        if bounds.is_empty() {
-            return bounds;
-        }
-        let out = |index: DVec3| index * self.voxel_size + self.translation;
-        Bounds { min: out(bounds.min), max: out(bounds.max) }
+        bounds.transformed(&self.to_object)
     }
 }
 
@@ -383,6 +434,43 @@ fn voxel_in_brick(index: IVec3) -> usize {
 
 fn flat(at: UVec3, size: UVec3) -> usize {
     at.x as usize + size.x as usize * (at.y as usize + size.y as usize * at.z as usize)
+}
+
+fn unflat(index: u64, size: UVec3) -> IVec3 {
+    let [x, y] = [size.x, size.y].map(u64::from);
+    let [x, y, z] = [index % x, index / x % y, index / (x * y)].map(|at| at as i32);
+    IVec3::new(x, y, z)
+}
+
+/// The value that counts of one for all voxels from `first` to `last`.
+fn check_voxel(first: IVec3, last: IVec3, value: f32) -> Result<f32> {
+    let place = || Place::Voxel(first.to_array());
+    if !value.is_finite() {
+        return Err(Error::malformed(place(), format!("density must be finite, not {value}")));
+    }
+    let far = IVec3::splat(MAX_COORDINATE);
+    if first.cmplt(-far).any() || last.cmpgt(far).any() {
+        return Err(Error::malformed(place(), "voxels may lie within ±2^28 only"));
+    }
+    Ok(value.max(0.0))
+}
+
+/// The inverse of a transform that can be undone.
+fn check_transform(to_object: &DAffine3) -> Result<DMat3> {
+    let DAffine3 { matrix3, translation } = to_object;
+    let sound = |axis: DVec3| (1e-18..=1e18).contains(&axis.length());
+    let axes = [matrix3.x_axis, matrix3.y_axis, matrix3.z_axis];
+    let refuse = |reason| Err(Error::malformed(Place::Named("transform".into()), reason));
+    if !(axes.into_iter().all(sound) && translation.abs().cmple(DVec3::splat(1e18)).all()) {
+        return refuse("voxels must be 1e-18 to 1e18 units large, at most 1e18 units away");
+    }
+    // The volume of the cell of unit axes: sizes have no part in it.
+    let [x, y, z] = axes.map(DVec3::normalize);
+    let inverse = matrix3.inverse();
+    if x.dot(y.cross(z)).abs() < 1e-9 || !inverse.is_finite() {
+        return refuse("it has no inverse");
+    }
+    Ok(inverse)
 }
 
 fn check_bricks(count: u64) -> Result<()> {

@@ -3,3 +3,4 @@
 pub(crate) mod pack;
 pub(crate) mod packing;
 pub(crate) mod unpack;
+pub(crate) mod zstd;

@@ -5,6 +5,7 @@ use miniz_oxide::deflate::core::{
 };
 
 use super::packing::Packing;
+use super::zstd::{self, SampleGrid};
 
 /// Deflate's effort, 0 to 10: the default of the format's own library.
 const LEVEL: i32 = 4;
@@ -31,11 +32,16 @@ impl Packer {
         }
     }
 
-    /// What a file stores for `bytes`: they themselves where they do not
-    /// shrink.
-    pub(crate) fn pack<'a>(&'a mut self, bytes: &'a [u8]) -> &'a [u8] {
+    /// What a file stores for `bytes`, which `grid` tells of: they themselves where
+    /// they do not shrink.
+    pub(crate) fn pack<'a>(&'a mut self, bytes: &'a [u8], grid: &SampleGrid<'_>) -> &'a [u8] {
         if bytes.is_empty() || self.packing == Packing::None {
             return bytes;
+        }
+        if self.packing == Packing::Zstd {
+            self.packed.clear();
+            zstd::pack(bytes, grid, &mut self.packed);
+            return if self.packed.len() < bytes.len() { &self.packed } else { bytes };
         }
         predict(bytes, &mut self.predicted);
         self.packed.clear();
@@ -106,6 +112,9 @@ mod tests {
     use super::super::unpack::Unpacker;
     use super::*;
 
+    /// Only ZSTD asks for one.
+    const NO_GRID: SampleGrid<'static> = SampleGrid { row_samples: &[], channel_words: &[] };
+
     /// Runs and noise, of all lengths that the packers treat differently.
     fn samples() -> Vec<Vec<u8>> {
         let mut state = 1_u32;
@@ -124,13 +133,16 @@ mod tests {
 
     #[test]
     fn what_is_packed_is_unpacked() {
-        for packing in [Packing::None, Packing::Rle, Packing::Zips] {
+        for packing in [Packing::None, Packing::Rle, Packing::Zips, Packing::Zstd] {
             let mut packer = Packer::new(packing);
             let mut unpacker = Unpacker::default();
             for bytes in samples() {
-                let packed = packer.pack(&bytes);
+                let rows = [bytes.len() as u32 / 2];
+                let grid = SampleGrid { row_samples: &rows, channel_words: &[1] };
+                let packed = packer.pack(&bytes, &grid);
                 assert!(packed.len() <= bytes.len());
-                let words = unpacker.unpack(packing, packed, bytes.len(), bytes.len()).unwrap();
+                let words =
+                    unpacker.unpack(packing, packed, bytes.len(), bytes.len(), &grid).unwrap();
                 let unpacked: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
                 assert_eq!(unpacked, bytes, "{packing:?}, {} bytes", bytes.len());
             }
@@ -142,9 +154,9 @@ mod tests {
         let [alike, noise] = [samples().swap_remove(2), samples().swap_remove(24)];
         for (packing, most) in [(Packing::Rle, 80), (Packing::Zips, 40)] {
             let mut packer = Packer::new(packing);
-            assert!(packer.pack(&alike).len() < most);
-            assert_eq!(packer.pack(&noise).len(), noise.len());
+            assert!(packer.pack(&alike, &NO_GRID).len() < most);
+            assert_eq!(packer.pack(&noise, &NO_GRID).len(), noise.len());
         }
-        assert_eq!(Packer::new(Packing::None).pack(&alike), alike);
+        assert_eq!(Packer::new(Packing::None).pack(&alike, &NO_GRID), alike);
     }
 }

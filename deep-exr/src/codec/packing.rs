@@ -6,6 +6,8 @@ pub(crate) enum Packing {
     None,
     Rle,
     Zips,
+    /// Deep parts only.
+    Zstd,
     /// Flat parts only, by the identifier in the file.
     Flat(u8),
 }
@@ -23,13 +25,14 @@ impl Packing {
             0 => return Ok(Self::None),
             1 => return Ok(Self::Rle),
             2 => return Ok(Self::Zips),
+            13 if deep => return Ok(Self::Zstd),
             3..=5 if !deep => return Ok(Self::Flat(id)),
-            3..=9 if deep => "which deep data cannot have: only NONE, RLE and ZIPS are read",
+            3..=9 if deep => "which deep data cannot have: only NONE, RLE, ZIPS and ZSTD are read",
             // The exr crate's decoders overflow (B44), or ask for 2^63 bytes
             // and abort (DWA), on damaged files.
             6..=9 => "which is lossy and not supported: write it again with ZIP or PIZ",
             10..=12 => "which is not supported: use ZIPS, RLE or NONE",
-            13 => "new in OpenEXR 3.5 and not supported: write it again with ZIPS, RLE or NONE",
+            13 => "which is not supported in flat parts: write it again with ZIP or PIZ",
             _ => "which is unknown",
         };
         let name = NAMES.get(usize::from(id)).map(|&name| name.to_owned());
@@ -41,6 +44,7 @@ impl Packing {
             Self::None => 0,
             Self::Rle => 1,
             Self::Zips => 2,
+            Self::Zstd => 13,
             Self::Flat(id) => id,
         }
     }
@@ -50,13 +54,15 @@ impl Packing {
     }
 
     /// The most unpacked bytes that one packed byte can stand for: deflate
-    /// has 258 bytes in two bits, RLE 128 bytes in two bytes; the others are
+    /// has 258 bytes in two bits, RLE 128 bytes in two bytes, Zstandard a block of
+    /// 128 KiB in four; the others are
     /// built from those, or are bounded generously.
     pub(crate) fn expansion(self) -> u64 {
         match self {
             Self::None => 1,
             Self::Rle => 64,
             Self::Zips | Self::Flat(3) => 1032,
+            Self::Zstd => 1 << 15,
             Self::Flat(_) => 4096,
         }
     }

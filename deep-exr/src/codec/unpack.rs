@@ -6,6 +6,7 @@
 use fdeflate::Decompressor;
 
 use super::packing::Packing;
+use super::zstd::{self, SampleGrid};
 
 /// Unpacks into 16-bit words, in buffers that are kept.
 #[derive(Default)]
@@ -15,8 +16,8 @@ pub(crate) struct Unpacker {
 }
 
 impl Unpacker {
-    /// The words that `packed` stands for. They are `size` bytes, or
-    /// `whole_size` (some writers store the table of a cut tile whole).
+    /// The words that `packed` stands for. They are `size` bytes, as `grid` has them,
+    /// or `whole_size` (some writers store the table of a cut tile whole).
     /// Both are even, and the caller has compared them with the limits.
     pub(crate) fn unpack(
         &mut self,
@@ -24,6 +25,7 @@ impl Unpacker {
         packed: &[u8],
         size: usize,
         whole_size: usize,
+        grid: &SampleGrid<'_>,
     ) -> Result<&[u16], String> {
         // Chunks that do not shrink are stored as they are.
         if packed.len() == size || packed.len() == whole_size {
@@ -36,6 +38,14 @@ impl Unpacker {
         if size as u64 > (packed.len() as u64).saturating_mul(packing.expansion()) {
             return Err(format!("{} bytes cannot stand for {size}", packed.len()));
         }
+        if packing == Packing::Zstd {
+            if grid.total_words() * 2 != size {
+                return Err(format!("{} values, in {size} bytes", grid.total_words()));
+            }
+            let words = grown(&mut self.words, size / 2);
+            zstd::unpack(packed, grid, &mut self.bytes, words)?;
+            return Ok(words);
+        }
         let whole_size = whole_size.max(size);
         let room = whole_size as u64;
         let room = room.min((packed.len() as u64).saturating_mul(packing.expansion()) + 2) as usize;
@@ -43,7 +53,7 @@ impl Unpacker {
         let unpacked = match packing {
             Packing::Rle => unpack_rle(packed, bytes)?,
             Packing::Zips => inflate(packed, bytes)?,
-            Packing::None | Packing::Flat(_) => 0,
+            Packing::None | Packing::Zstd | Packing::Flat(_) => 0,
         };
         if unpacked != size && unpacked != whole_size {
             return Err(format!(
@@ -149,6 +159,9 @@ fn undo_predictor(bytes: &mut [u8]) {
 mod tests {
     use super::*;
 
+    /// Only ZSTD asks for one.
+    const NO_GRID: SampleGrid<'static> = SampleGrid { row_samples: &[], channel_words: &[] };
+
     fn pseudo_random(length: usize) -> Vec<u8> {
         let mut state = 0x9e37_79b9_u32;
         let next = |_| {
@@ -197,23 +210,26 @@ mod tests {
             values.chunks(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]])).collect();
         let mut unpacker = Unpacker::default();
         let size = values.len();
-        assert_eq!(unpacker.unpack(Packing::Zips, &packed, size, size), Ok(&words[..]));
-        assert_eq!(unpacker.unpack(Packing::Zips, &packed, 500, size), Ok(&words[..]));
+        assert_eq!(unpacker.unpack(Packing::Zips, &packed, size, size, &NO_GRID), Ok(&words[..]));
+        assert_eq!(unpacker.unpack(Packing::Zips, &packed, 500, size, &NO_GRID), Ok(&words[..]));
         for wrong in [size - 2, size + 2] {
-            assert!(unpacker.unpack(Packing::Zips, &packed, wrong, wrong).is_err(), "{wrong}");
+            assert!(
+                unpacker.unpack(Packing::Zips, &packed, wrong, wrong, &NO_GRID).is_err(),
+                "{wrong}"
+            );
         }
-        assert!(unpacker.unpack(Packing::Rle, &packed, size, size).is_err());
-        assert!(unpacker.unpack(Packing::None, &packed, size, size).is_err());
-        assert_eq!(unpacker.unpack(Packing::None, &values, size, size), Ok(&words[..]));
+        assert!(unpacker.unpack(Packing::Rle, &packed, size, size, &NO_GRID).is_err());
+        assert!(unpacker.unpack(Packing::None, &packed, size, size, &NO_GRID).is_err());
+        assert_eq!(unpacker.unpack(Packing::None, &values, size, size, &NO_GRID), Ok(&words[..]));
         let cut = &packed[..packed.len() - 5];
-        assert!(unpacker.unpack(Packing::Zips, cut, size, size).is_err());
+        assert!(unpacker.unpack(Packing::Zips, cut, size, size, &NO_GRID).is_err());
     }
 
     #[test]
     fn sizes_that_cannot_be_are_refused_before_memory_is_taken() {
         let mut unpacker = Unpacker::default();
         let size = 1 << 40;
-        assert!(unpacker.unpack(Packing::Zips, &[0x78, 0x9c, 3, 0], size, size).is_err());
+        assert!(unpacker.unpack(Packing::Zips, &[0x78, 0x9c, 3, 0], size, size, &NO_GRID).is_err());
         assert!(unpacker.bytes.is_empty() && unpacker.words.is_empty());
     }
 }

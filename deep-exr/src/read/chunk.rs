@@ -1,6 +1,8 @@
 //! Finding the chunks of a part.
 
+use super::part::FileParts;
 use super::readable_part::ReadablePart;
+use super::scan::ChunkScan;
 use super::source::ByteSource;
 use crate::error::{Error, Result};
 use crate::grid::Block;
@@ -9,14 +11,38 @@ use crate::limits::Limits;
 /// A part's chunks, by its offset table.
 pub(super) struct ChunkTable {
     offsets: Vec<u64>,
+    found: u64,
 }
 
 impl ChunkTable {
-    /// Reads the entries of the largest level, which come first.
-    pub(super) fn read(source: &mut ByteSource, part: &ReadablePart) -> Result<Self> {
+    /// Reads the entries of the largest level, which come first. Where some are no
+    /// places of chunks, as in a file that was not written to its end, the file is
+    /// looked through for them.
+    pub(super) fn read(
+        source: &mut ByteSource,
+        file: &FileParts,
+        part: &ReadablePart,
+    ) -> Result<Self> {
         let bytes = source.slice(part.table_offset, 8 * part.grid.count(), "offset table")?;
         let (entries, _) = bytes.as_chunks::<8>();
-        Ok(Self { offsets: entries.iter().map(|&entry| u64::from_le_bytes(entry)).collect() })
+        let mut offsets: Vec<_> = entries.iter().map(|&entry| u64::from_le_bytes(entry)).collect();
+        let chunks = part.chunks_offset..source.length();
+        let is_lost = |offset: u64| !chunks.contains(&offset);
+        let mut found = 0;
+        if offsets.iter().any(|&offset| is_lost(offset)) {
+            ChunkScan::new(source, file, part).each(|index, offset| {
+                if let Some(entry) = offsets.get_mut(index).filter(|entry| is_lost(**entry)) {
+                    *entry = offset;
+                    found += 1;
+                }
+            })?;
+        }
+        Ok(Self { offsets, found })
+    }
+
+    /// How many chunks were not found by the file's own table.
+    pub(super) fn found(&self) -> u64 {
+        self.found
     }
 
     /// Where the chunk of this block begins, after its coordinates are

@@ -7,6 +7,7 @@ use super::chunk::{ChunkPlace, DeepChunk};
 use super::decoder::Decoder;
 use super::plan::ColumnSource;
 use crate::channel::ChannelType;
+use crate::codec::zstd::SampleGrid;
 use crate::error::Result;
 use crate::grid::Block;
 use crate::rows::DeepRows;
@@ -105,8 +106,10 @@ impl Decoder {
         let size = 4 * width * block.height as usize;
         let whole_size = (4 * whole_width * whole_height).min(limits.max_chunk_bytes & !3);
         let packed = source.slice(chunk.table_offset, chunk.packed_table, "sample table")?;
+        let row_width = vec![block.width; block.height as usize];
+        let grid = SampleGrid { row_samples: &row_width, channel_words: &[2] };
         let words = unpacker
-            .unpack(part.packing, packed, size, (whole_size as usize).max(size))
+            .unpack(part.packing, packed, size, (whole_size as usize).max(size), &grid)
             .map_err(|reason| place.error(format!("sample table: {reason}")))?;
         let (entries, _) = words.as_chunks::<2>();
         let mut samples = 0_u64;
@@ -156,8 +159,17 @@ impl Decoder {
             "samples",
         )?;
         let size = chunk.unpacked_samples as usize;
+        let row_samples: Vec<u32> = (0..block.height as usize)
+            .map(|row| {
+                let pixel = first_pixel + row * part.grid.width() as usize + block.x as usize;
+                let last = out.pixel(pixel + block.width as usize - 1);
+                (last.end - out.pixel(pixel).start) as u32
+            })
+            .collect();
+        let grid =
+            SampleGrid { row_samples: &row_samples, channel_words: part.plan.channel_words() };
         let words = unpacker
-            .unpack(part.packing, packed, size, size)
+            .unpack(part.packing, packed, size, size, &grid)
             .map_err(|reason| place.error(format!("samples: {reason}")))?;
         let mut row_start = 0;
         for row in 0..block.height as usize {

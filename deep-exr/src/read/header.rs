@@ -1,7 +1,7 @@
 //! What a part's header says about its pixels.
 
 use crate::attribute::Attribute;
-use crate::channel::{AlphaChannels, Channel};
+use crate::channel::{AlphaChannels, Channel, ReadChannels};
 use crate::layout::Layout;
 use crate::window::Window;
 
@@ -54,6 +54,11 @@ pub struct Header {
     pub has_z_back: bool,
     /// All channels, in the file's order, with those that are not read.
     pub channels: Vec<Channel>,
+    /// Names of those that are read.
+    pub read: ReadChannels,
+    /// Number of chunks whose places were not in the file's offset table and were
+    /// found by looking through the file.
+    pub found_chunks: u64,
     /// The number of samples of the fullest pixel as the header states it;
     /// `None` where it does not, or states −1 (unknown). Not relied upon.
     pub stated_max_samples: Option<u32>,

@@ -1,5 +1,6 @@
 //! From the bytes of a file to columns of samples.
 
+mod choice;
 mod chunk;
 mod decoder;
 mod deep;
@@ -9,5 +10,6 @@ mod part;
 mod plan;
 mod readable_part;
 pub(crate) mod reader;
+mod scan;
 mod source;
 mod values;

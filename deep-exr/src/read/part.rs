@@ -10,10 +10,12 @@ use std::collections::HashSet;
 use exr::meta::Requirements;
 use exr::meta::magic_number;
 
+use super::choice::{ChannelChoice, Refusal};
 use super::source::ByteSource;
 use crate::attribute::{Attribute, LONGEST_NAME};
 use crate::error::{Error, Result};
 use crate::limits::Limits;
+use crate::selection::Selection;
 
 /// What a part holds, from its `type` attribute or the file's version flags.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -64,25 +66,51 @@ impl FileParts {
         Ok(Self { parts, multi_part: flags.has_multiple_layers, tables_offset: scanner.position })
     }
 
-    /// The part named `name`, or the first deep one, or the first flat one
-    /// with a depth channel.
-    pub(super) fn choose(&self, name: Option<&str>) -> Result<&RawPart> {
-        if let Some(name) = name {
-            return self.parts.iter().find(|part| part.name().as_deref() == Some(name)).ok_or_else(
-                || Error::NoSuchPart { name: name.to_owned(), parts: self.describe() },
-            );
+    /// The part that is named, or the first deep one, or the first flat one with a
+    /// depth channel; and what of the selection concerns its channels. A layer that
+    /// no part has may be the name of one.
+    pub(super) fn choose(
+        &self,
+        selection: &Selection,
+        limits: &Limits,
+    ) -> Result<(&RawPart, Selection)> {
+        let named = |name: &str| self.parts.iter().find(|p| p.name().as_deref() == Some(name));
+        if let Some(name) = &selection.part {
+            let part = named(name)
+                .ok_or_else(|| Error::NoSuchPart { name: name.clone(), parts: self.describe() })?;
+            return Ok((part, selection.clone()));
         }
-        let deep = |part: &&RawPart| matches!(part.part_type, PartType::Deep { .. });
-        let flat_with_depth = |part: &&RawPart| {
-            matches!(part.part_type, PartType::Flat { .. })
-                && part.channel_names().iter().any(|name| name == "Z")
+        let of_type = |is_deep: bool| {
+            self.parts.iter().filter(move |part| match part.part_type {
+                PartType::Deep { .. } => is_deep,
+                PartType::Flat { .. } => !is_deep,
+                PartType::Other(_) => false,
+            })
         };
-        self.parts.iter().find(deep).or_else(|| self.parts.iter().find(flat_with_depth)).ok_or_else(
-            || Error::NoDepth {
-                reason: "neither a deep part nor a flat one with a channel Z",
-                parts: self.describe(),
-            },
-        )
+        let has_it = |part: &&RawPart| {
+            let is_flat = matches!(part.part_type, PartType::Flat { .. });
+            let names = part.channel_names();
+            // Too many are refused when they are read.
+            names.len() as u64 > u64::from(limits.max_channels)
+                || !matches!(
+                    ChannelChoice::find(&names, selection, is_flat),
+                    Err(Refusal::Missing(_))
+                )
+        };
+        let with_depth = of_type(true).find(has_it).or_else(|| of_type(false).find(has_it));
+        if let Some(part) = with_depth {
+            return Ok((part, selection.clone()));
+        }
+        if let Some(part) = selection.layer.as_deref().and_then(named) {
+            return Ok((part, Selection { layer: None, ..selection.clone() }));
+        }
+        // What it lacks is said of the part that would be read.
+        let is_wish = *selection != Selection::default();
+        let first = of_type(true).next().or_else(|| of_type(false).next().filter(|_| is_wish));
+        first.map(|part| (part, selection.clone())).ok_or_else(|| Error::NoDepth {
+            reason: "neither a deep part nor a flat one with a channel Z",
+            parts: self.describe(),
+        })
     }
 
     /// The parts' names, types and channels, for messages.
@@ -127,7 +155,6 @@ impl RawPart {
     }
 
     fn describe(&self) -> String {
-        const SHOWN: usize = 16;
         let kind = match &self.part_type {
             PartType::Flat { tiled: false } => "scanlineimage",
             PartType::Flat { tiled: true } => "tiledimage",
@@ -135,12 +162,18 @@ impl RawPart {
             PartType::Deep { tiled: true } => "deeptile",
             PartType::Other(name) => name,
         };
+        format!("part {} ({kind}: {})", self.title(), self.list_channels())
+    }
+
+    /// The first of its channels, for messages.
+    pub(super) fn list_channels(&self) -> String {
+        const SHOWN: usize = 16;
         let mut channels = self.channel_names();
         if channels.len() > SHOWN {
             channels.truncate(SHOWN);
             channels.push("…".to_owned());
         }
-        format!("part {} ({kind}: {})", self.title(), channels.join(" "))
+        channels.join(" ")
     }
 
     /// As many channel names as can be made out.

@@ -2,6 +2,7 @@
 
 use exr::meta::attribute::{ChannelList, SampleType};
 
+use super::choice::{ChannelChoice, Opacity};
 use super::part::RawPart;
 use crate::channel::{AlphaChannels, Channel, ChannelType};
 use crate::error::Result;
@@ -21,25 +22,24 @@ pub(super) struct ColumnSource {
 pub(super) struct ChannelPlan {
     sources: Vec<ColumnSource>,
     alpha: AlphaChannels,
-    words_per_sample: usize,
+    channel_words: Vec<usize>,
 }
 
 impl ChannelPlan {
-    /// `None` without a channel `Z`. (InterpretingDeepPixels names the alphas
-    /// `AR`, `AG`, `AB`; TechnicalIntroduction `RA`, `GA`, `BA`.)
-    pub(super) fn new(channels: &[Channel]) -> Option<Self> {
-        let find = |name: &str| channels.iter().position(|channel| channel.name == name);
-        let mono = find("A");
-        let colours = [("AR", "RA"), ("AG", "GA"), ("AB", "BA")]
-            .map(|(name, other_name)| find(name).or_else(|| find(other_name)));
-        let mut columns = vec![(Column::Z, Some(find("Z")?)), (Column::ZBack, find("ZBack"))];
-        let alpha = if colours.iter().any(Option::is_some) {
-            let targets = [Column::Red, Column::Green, Column::Blue];
-            columns.extend(targets.into_iter().zip(colours.map(|own| own.or(mono))));
-            AlphaChannels::Colour
-        } else {
-            columns.push((Column::Alpha, mono));
-            if mono.is_some() { AlphaChannels::Mono } else { AlphaChannels::None }
+    /// The plan that reads these of a part's channels.
+    pub(super) fn new(channels: &[Channel], choice: &ChannelChoice) -> Self {
+        let mut columns = vec![(Column::Z, Some(choice.z)), (Column::ZBack, choice.z_back)];
+        let alpha = match choice.opacity {
+            Opacity::None => AlphaChannels::None,
+            Opacity::Mono(mono) => {
+                columns.push((Column::Alpha, Some(mono)));
+                AlphaChannels::Mono
+            }
+            Opacity::Colour(colours) => {
+                let targets = [Column::Red, Column::Green, Column::Blue];
+                columns.extend(targets.into_iter().zip(colours.map(Some)));
+                AlphaChannels::Colour
+            }
         };
         let words = |some: &[Channel]| some.iter().map(|c| c.channel_type.words()).sum();
         let source = |(column, index): (Column, Option<usize>)| {
@@ -50,11 +50,11 @@ impl ChannelPlan {
                 column,
             })
         };
-        Some(Self {
+        Self {
             sources: columns.into_iter().filter_map(source).collect(),
             alpha,
-            words_per_sample: words(channels),
-        })
+            channel_words: channels.iter().map(|c| c.channel_type.words()).collect(),
+        }
     }
 
     pub(super) fn sources(&self) -> &[ColumnSource] {
@@ -76,12 +76,17 @@ impl ChannelPlan {
 
     /// 16-bit words of one sample, all channels.
     pub(super) fn words_per_sample(&self) -> usize {
-        self.words_per_sample
+        self.channel_words.iter().sum()
+    }
+
+    /// 16-bit words of a value, of each channel in the file's order.
+    pub(super) fn channel_words(&self) -> &[usize] {
+        &self.channel_words
     }
 
     /// Bytes of one sample, all channels.
     pub(super) fn bytes_per_sample(&self) -> u64 {
-        2 * self.words_per_sample as u64
+        2 * self.words_per_sample() as u64
     }
 }
 
@@ -110,8 +115,9 @@ pub(super) fn describe(part: &RawPart, channels: &ChannelList) -> Result<Vec<Cha
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::selection::Selection;
 
-    fn plan(names: &[&str]) -> Option<ChannelPlan> {
+    fn plan(names: &[&str]) -> ChannelPlan {
         let channels: Vec<_> = names
             .iter()
             .map(|&name| Channel {
@@ -123,7 +129,8 @@ mod tests {
                 },
             })
             .collect();
-        ChannelPlan::new(&channels)
+        let choice = ChannelChoice::find(names, &Selection::default(), false).unwrap();
+        ChannelPlan::new(&channels, &choice)
     }
 
     fn words_before(plan: &ChannelPlan) -> Vec<(Column, usize)> {
@@ -131,13 +138,8 @@ mod tests {
     }
 
     #[test]
-    fn a_part_without_z_has_no_plan() {
-        assert!(plan(&["A", "B", "G", "R", "ZBack"]).is_none());
-    }
-
-    #[test]
     fn mono_alpha_and_back_depth() {
-        let plan = plan(&["A", "B", "Z", "ZBack"]).unwrap();
+        let plan = plan(&["A", "B", "Z", "ZBack"]);
         assert_eq!(plan.alpha_channels(), AlphaChannels::Mono);
         assert_eq!(words_before(&plan), [(Column::Z, 2), (Column::ZBack, 4), (Column::Alpha, 0)]);
         assert_eq!((plan.words_per_sample(), plan.bytes_per_sample()), (6, 12));
@@ -145,18 +147,15 @@ mod tests {
 
     #[test]
     fn coloured_alphas_win_and_a_fills_the_gaps() {
-        let own = plan(&["A", "AB", "AG", "AR", "Z"]).unwrap();
+        let own = plan(&["A", "AB", "AG", "AR", "Z"]);
         let colours = [(Column::Z, 4), (Column::Red, 3), (Column::Green, 2), (Column::Blue, 1)];
         assert_eq!(words_before(&own), colours);
-        let other_names = plan(&["BA", "GA", "RA", "Z"]).unwrap();
-        let colours = [(Column::Z, 3), (Column::Red, 2), (Column::Green, 1), (Column::Blue, 0)];
-        assert_eq!(words_before(&other_names), colours);
-        let red_only = plan(&["A", "AR", "Z"]).unwrap();
+        let red_only = plan(&["A", "AR", "Z"]);
         assert_eq!(red_only.alpha_channels(), AlphaChannels::Colour);
         let colours = [(Column::Z, 2), (Column::Red, 1), (Column::Green, 0), (Column::Blue, 0)];
         assert_eq!(words_before(&red_only), colours);
-        // Without A, the channels that have no alpha are opaque: no source.
-        let no_mono = plan(&["AG", "Z"]).unwrap();
-        assert_eq!(words_before(&no_mono), [(Column::Z, 1), (Column::Green, 0)]);
+        // Without A, the only opacity is that of all colours.
+        let no_mono = plan(&["AG", "Z"]);
+        assert_eq!(words_before(&no_mono), [(Column::Z, 1), (Column::Alpha, 0)]);
     }
 }

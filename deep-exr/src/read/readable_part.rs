@@ -5,6 +5,7 @@ use exr::meta::attribute::{ChannelList, Compression, LevelMode, LineOrder, Text,
 use exr::meta::header::Header as FlatHeader;
 use exr::meta::{BlockDescription, compute_chunk_count};
 
+use super::choice::ChannelChoice;
 use super::header::Header;
 use super::part::{FileParts, PartType, RawPart};
 use super::plan::{ChannelPlan, describe};
@@ -15,6 +16,7 @@ use crate::error::{Error, Result};
 use crate::grid::ChunkGrid;
 use crate::layout::Layout;
 use crate::limits::Limits;
+use crate::selection::Selection;
 
 /// A part that can be read: its header and what the decoder needs.
 pub(super) struct ReadablePart {
@@ -35,11 +37,11 @@ pub(super) struct ReadablePart {
 impl ReadablePart {
     pub(super) fn new(
         file: &FileParts,
-        name: Option<&str>,
+        selection: &Selection,
         file_length: u64,
         limits: &Limits,
     ) -> Result<Self> {
-        let part = file.choose(name)?;
+        let (part, selection) = file.choose(selection, limits)?;
         let (deep, tiled) = match part.part_type {
             PartType::Deep { tiled } => (true, tiled),
             PartType::Flat { tiled } => (false, tiled),
@@ -57,7 +59,9 @@ impl ReadablePart {
                 compression,
                 reason,
             })?;
-        let compression = Compression::read(&mut &[packing.id()][..])
+        // The exr crate decodes flat parts only, and does not know ZSTD.
+        let known = if deep { 0 } else { packing.id() };
+        let compression = Compression::read(&mut &[known][..])
             .map_err(|error| part.error("compression", error.to_string()))?;
 
         let data_window = part.window("dataWindow")?;
@@ -75,10 +79,15 @@ impl ReadablePart {
 
         let channels = read_channels(part, limits)?;
         let listed = describe(part, &channels)?;
-        let plan = ChannelPlan::new(&listed).ok_or_else(|| Error::NoDepth {
-            reason: "the part has no channel Z",
-            parts: file.describe(),
-        })?;
+        let names: Vec<_> = listed.iter().map(|channel| channel.name.as_str()).collect();
+        let choice =
+            ChannelChoice::find(&names, &selection, !deep).map_err(|refusal| Error::Channels {
+                part: part.title(),
+                reason: refusal.reason(),
+                channels: part.list_channels(),
+            })?;
+        let read = choice.names(&names);
+        let plan = ChannelPlan::new(&listed, &choice);
         // A deep pixel has at least its entry in the table of sample counts.
         let pixel_bytes = if deep { 4 } else { plan.bytes_per_sample() };
         let most =
@@ -127,6 +136,8 @@ impl ReadablePart {
             alpha: plan.alpha_channels(),
             has_z_back: plan.has_z_back(),
             channels: listed,
+            read,
+            found_chunks: 0,
             stated_max_samples: part
                 .value("maxSamplesPerPixel", "int")?
                 .and_then(|bytes| u32::try_from(i32::from_le_bytes(bytes)).ok()),

@@ -14,6 +14,7 @@ use crate::codec::unpack::Unpacker;
 use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::rows::DeepRows;
+use crate::selection::Selection;
 
 /// Reader of the samples of one part of a deep (or flat) OpenEXR file, some rows at
 /// a time.
@@ -42,16 +43,18 @@ pub struct DeepExrReader {
 }
 
 impl DeepExrReader {
-    /// Opens a file and reads its headers: those of the part named `part`, or
-    /// of the first deep part, or of the first flat part with a channel `Z`.
+    /// Opens a file and reads its headers: those of the part that `selection` names
+    /// (a [`Selection`], or `None` or the name of a part), or of the first deep part,
+    /// or of the first flat part with a depth.
     ///
     /// # Errors
     ///
     /// See [`Error`]: the file can't be opened or is no OpenEXR file;
-    /// its headers are damaged or beyond `limits`; there is no such part, or
-    /// none with depth; the compression is not supported.
-    pub fn open(path: &Path, part: Option<&str>, limits: &Limits) -> Result<Self> {
-        Self::new(ByteSource::open(path)?, part, limits)
+    /// its headers are damaged or beyond `limits`; there is no such part, layer or
+    /// channel, none with depth, or several that may be meant; the compression is not
+    /// supported.
+    pub fn open(path: &Path, selection: impl Into<Selection>, limits: &Limits) -> Result<Self> {
+        Self::new(ByteSource::open(path)?, &selection.into(), limits)
     }
 
     /// Reads from the bytes of a whole file: a vector, a shared slice, a mapped
@@ -62,16 +65,17 @@ impl DeepExrReader {
     /// Those of [`Self::open`].
     pub fn from_bytes(
         bytes: impl AsRef<[u8]> + Send + Sync + 'static,
-        part: Option<&str>,
+        selection: impl Into<Selection>,
         limits: &Limits,
     ) -> Result<Self> {
-        Self::new(ByteSource::from_bytes(Box::new(bytes)), part, limits)
+        Self::new(ByteSource::from_bytes(Box::new(bytes)), &selection.into(), limits)
     }
 
-    fn new(mut source: ByteSource, name: Option<&str>, limits: &Limits) -> Result<Self> {
+    fn new(mut source: ByteSource, selection: &Selection, limits: &Limits) -> Result<Self> {
         let file = FileParts::read(&mut source, limits)?;
-        let part = ReadablePart::new(&file, name, source.length(), limits)?;
-        let table = ChunkTable::read(&mut source, &part)?;
+        let mut part = ReadablePart::new(&file, selection, source.length(), limits)?;
+        let table = ChunkTable::read(&mut source, &file, &part)?;
+        part.header.found_chunks = table.found();
         Ok(Self {
             cache: part.plan.rows(part.grid.width()),
             cached_band: None,

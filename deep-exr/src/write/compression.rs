@@ -26,6 +26,8 @@ pub enum Compression {
     Zips,
     /// Run lengths.
     Rle,
+    /// Zstandard, new in OpenEXR 3.5: older readers refuse it.
+    Zstd,
     /// Not at all.
     None,
 }
@@ -35,6 +37,7 @@ impl Compression {
         match self {
             Self::Zips => Packing::Zips,
             Self::Rle => Packing::Rle,
+            Self::Zstd => Packing::Zstd,
             Self::None => Packing::None,
         }
     }

@@ -8,6 +8,7 @@ use super::options::WriteOptions;
 use super::sample_type::SampleType;
 use crate::channel::{Channel, ChannelType};
 use crate::codec::pack::Packer;
+use crate::codec::zstd::SampleGrid;
 use crate::error::{Error, Result};
 use crate::rows::{Alpha, DeepRows};
 
@@ -127,7 +128,9 @@ impl ChunkEncoder {
             let counts = line[1..].iter().map(|end| end - line[0]);
             self.bytes.extend(counts.flat_map(u32::to_le_bytes));
         }
-        let table = self.packer.pack(&self.bytes).to_vec();
+        let row_width = vec![columns.len() as u32; lines.len()];
+        let table_grid = SampleGrid { row_samples: &row_width, channel_words: &[2] };
+        let table = self.packer.pack(&self.bytes, &table_grid).to_vec();
         self.bytes.clear();
         for line in parts() {
             let samples = line[0] as usize..line[last - first] as usize;
@@ -135,7 +138,11 @@ impl ChunkEncoder {
                 append_channel(&mut self.bytes, channel, rows, samples.clone());
             }
         }
-        let samples = self.packer.pack(&self.bytes).to_vec();
+        let row_samples: Vec<u32> = parts().map(|line| line[last - first] - line[0]).collect();
+        let channel_words: Vec<usize> =
+            self.channels.iter().map(|channel| channel.channel_type.words()).collect();
+        let grid = SampleGrid { row_samples: &row_samples, channel_words: &channel_words };
+        let samples = self.packer.pack(&self.bytes, &grid).to_vec();
         let counts = parts().flat_map(|line| line.windows(2).map(|ends| ends[1] - ends[0]));
         let max_samples = counts.max().unwrap_or(0);
         Ok(EncodedChunk { size, table, samples, unpacked_samples, max_samples })

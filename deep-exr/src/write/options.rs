@@ -71,6 +71,7 @@ impl WriteOptions {
         let compression = match header.compression {
             "NONE" => Compression::None,
             "RLE" => Compression::Rle,
+            "ZSTD" => Compression::Zstd,
             _ => Compression::Zips,
         };
         let mut options = Self::new(header.width, header.height)

@@ -15,7 +15,8 @@ use crate::rows::DeepRows;
 ///
 /// The header and the table of the chunks' places stand first in a file and
 /// are known last: they are written once more by [`finish`](Self::finish), and
-/// a file without that call is one that readers refuse. Nothing is kept but
+/// a file without that call has an empty table: some readers look through it for the
+/// chunks, others refuse it. Nothing is kept but
 /// that table, 8 bytes a chunk, and of tiled images one row of tiles that is
 /// not yet whole. Calls are small: give a file a buffer.
 ///

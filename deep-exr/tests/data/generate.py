@@ -16,7 +16,7 @@ def count(x, y):
 VALUES = {
     'Z': lambda x, y, s: 4 * y + x + 1 + s / 4,
     'ZBack': lambda x, y, s: 4 * y + x + 1 + s / 4 + (s + 1) / 8,
-    'A': lambda x, y, s: (s + 1) / 4,
+    'A': lambda x, y, s: (s % 4 + 1) / 4,
     'R': lambda x, y, s: 0.5,
     'id': lambda x, y, s: 70000 + s,
 }
@@ -24,14 +24,16 @@ for colour, (short, other) in enumerate([('AR', 'RA'), ('AG', 'GA'), ('AB', 'BA'
     VALUES[short] = VALUES[other] = lambda x, y, s, c=colour: (x + 8 * c + 1) / 32
 
 
-def channels(names, kind):
+def channels(names, kind, times=1):
+    """Columns of these channels; `kind` is a type, or one for each name."""
     result = {}
     for name in names:
-        dtype = np.uint32 if name == 'id' else kind
+        own = kind.get(name) if isinstance(kind, dict) else kind
+        dtype = np.uint32 if name == 'id' else own
         pixels = np.empty((HEIGHT, WIDTH), object)
         for y in range(HEIGHT):
             for x in range(WIDTH):
-                n = count(x, y)
+                n = times * count(x, y)
                 values = [VALUES[name](x, y, s) for s in range(n)]
                 pixels[y, x] = np.array(values, dtype) if n else None
         result[name] = pixels
@@ -73,6 +75,13 @@ write('tile_zips_ids.exr', header(TILE, ZIPS, lineOrder=OpenEXR.RANDOM_Y),
       channels(['Z', 'A', 'id'], np.float16))
 write('tile_rle_other_names.exr', header(TILE, RLE, lineOrder=OpenEXR.DECREASING_Y),
       channels(['Z', 'RA', 'GA', 'BA'], np.float16))
+
+# Enough samples to shrink; two and four bytes a value, in turns.
+ZSTD = OpenEXR.ZSTD_COMPRESSION
+MIXED = {'A': np.float32, 'R': np.float16, 'Z': np.float16, 'ZBack': np.float32}
+write('scan_zstd_mixed.exr', header(SCAN, ZSTD), channels(['Z', 'ZBack', 'A', 'R', 'id'], MIXED, 40))
+write('scan_zstd_half.exr', header(SCAN, ZSTD), channels(['Z', 'ZBack', 'A'], np.float16, 40))
+write('tile_zstd_float.exr', header(TILE, ZSTD), channels(['Z', 'ZBack', 'A'], np.float32, 40))
 
 yy, xx = np.mgrid[0:HEIGHT, 0:WIDTH]
 flat = {'Z': (4.0 * yy + xx + 1).astype(np.float32), 'A': ((xx + 1) / 32).astype(np.float16)}

@@ -21,7 +21,7 @@ fn expected(x: usize, y: usize, s: usize, backs: bool, alpha: AlphaChannels) -> 
         z_back: if backs { z + (s + 1) as f32 / 8.0 } else { z },
         alpha: match alpha {
             AlphaChannels::None => [1.0; 3],
-            AlphaChannels::Mono => [(s + 1) as f32 / 4.0; 3],
+            AlphaChannels::Mono => [(s % 4 + 1) as f32 / 4.0; 3],
             AlphaChannels::Colour => [0, 1, 2].map(|colour| (x + 8 * colour + 1) as f32 / 32.0),
         },
     }
@@ -32,6 +32,11 @@ fn samples(rows: &DeepRows, pixel: usize) -> Vec<DeepSample> {
 }
 
 fn check(name: &str, backs: bool, alpha: AlphaChannels) {
+    check_times(name, backs, alpha, 1);
+}
+
+/// With `times` as many samples.
+fn check_times(name: &str, backs: bool, alpha: AlphaChannels, times: usize) {
     let bytes = small(name);
     for band in [1, 2, 3, 4, 5] {
         let bands = read_in_bands(&bytes, band).unwrap();
@@ -42,7 +47,7 @@ fn check(name: &str, backs: bool, alpha: AlphaChannels) {
             for pixel in 0..rows.pixel_count() {
                 let (x, y) = (pixel % WIDTH, y + pixel / WIDTH);
                 let wanted: Vec<_> =
-                    (0..count(x, y)).map(|s| expected(x, y, s, backs, alpha)).collect();
+                    (0..times * count(x, y)).map(|s| expected(x, y, s, backs, alpha)).collect();
                 assert_eq!(samples(rows, pixel), wanted, "{name}, pixel {x}, {y}, bands of {band}");
             }
             y += rows.rows() as usize;
@@ -59,6 +64,9 @@ fn scan_lines_and_tiles_in_every_compression() {
     check("tile_none_float.exr", true, AlphaChannels::Colour);
     check("tile_zips_ids.exr", false, AlphaChannels::Mono);
     check("tile_rle_other_names.exr", false, AlphaChannels::Colour);
+    check_times("scan_zstd_mixed.exr", true, AlphaChannels::Mono, 40);
+    check_times("scan_zstd_half.exr", true, AlphaChannels::Mono, 40);
+    check_times("tile_zstd_float.exr", true, AlphaChannels::Mono, 40);
 }
 
 #[test]

@@ -6,6 +6,7 @@ mod assemble;
 mod damaged;
 mod good;
 mod hostile;
+mod recovered;
 
 use std::path::PathBuf;
 

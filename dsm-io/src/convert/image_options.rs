@@ -3,6 +3,7 @@
 use deep_exr::{AlphaChannels, Attribute, Window, WriteOptions};
 use dsm_core::detail::PixelWindow;
 
+use super::camera_reading::z_reversed;
 use super::export_options::ExportOptions;
 use crate::metadata::Metadata;
 
@@ -40,7 +41,10 @@ pub(super) fn image_options(
     // Column-vector matrices become row-vector ones: glam's columns are
     // OpenEXR's rows. Their numbers become `f32`.
     let camera = info.camera.unwrap_or_default();
-    let matrices = [("worldToCamera", camera.world_to_camera), ("worldToNDC", camera.world_to_ndc)];
+    let matrices = [
+        ("worldToCamera", camera.world_to_camera.map(z_reversed)),
+        ("worldToNDC", camera.world_to_ndc),
+    ];
     for (name, matrix) in matrices {
         let Some(matrix) = matrix.map(|matrix| matrix.as_mat4()) else { continue };
         if matrix.is_finite() {

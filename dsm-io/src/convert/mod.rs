@@ -2,6 +2,7 @@
 //! from a `.dsm` file to a deep OpenEXR; and the check that one file keeps its
 //! bound against another.
 
+pub(crate) mod camera_reading;
 pub(crate) mod compare;
 mod deep_samples;
 mod exponential;

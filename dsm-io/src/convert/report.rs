@@ -2,6 +2,8 @@
 
 use std::ops::AddAssign;
 
+use super::camera_reading::CameraReading;
+
 /// Changes to the samples of an image that make them visibility functions. All
 /// zero and false: none.
 ///
@@ -28,6 +30,8 @@ pub struct ImportReport {
     pub clamped_opacity: u64,
     /// Camera matrices dropped because a number in them is not finite.
     pub dropped_matrices: u64,
+    /// How the camera was read, of an image that has one.
+    pub camera: Option<CameraReading>,
 }
 
 impl ImportReport {
@@ -50,6 +54,7 @@ impl ImportReport {
             let count = self.dropped_matrices;
             lines.push(format!("{count} camera matrices dropped: a number in them is not finite"));
         }
+        lines.extend(self.camera.map(|camera| camera.line()));
         if self.opaque_without_alpha {
             lines.push("no alpha channel: every sample is taken as opaque".to_owned());
         }
@@ -67,6 +72,7 @@ impl AddAssign for ImportReport {
         self.cut_at_camera += other.cut_at_camera;
         self.clamped_opacity += other.clamped_opacity;
         self.dropped_matrices += other.dropped_matrices;
+        self.camera = self.camera.or(other.camera);
     }
 }
 

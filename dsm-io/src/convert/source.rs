@@ -8,6 +8,7 @@ use dsm_core::detail::{DepthKind, PixelWindow};
 use dsm_core::{MapInfo, ShadowCamera, Tolerance, Transmittance};
 use glam::DMat4;
 
+use super::camera_reading::CameraConventions;
 use super::report::ImportReport;
 use super::rows::SourceRows;
 use crate::achieved_error::AchievedError;
@@ -127,8 +128,13 @@ impl MapSource {
         }
     }
 
-    /// The metadata of a map made from this file with an error of `added`.
-    pub(super) fn target_metadata(&self, added: Tolerance) -> Result<(Metadata, ImportReport)> {
+    /// The metadata of a map made from this file with an error of `added`, and how
+    /// its camera is read.
+    pub(super) fn target_metadata(
+        &self,
+        added: Tolerance,
+        cameras: CameraConventions,
+    ) -> Result<(Metadata, ImportReport)> {
         match self {
             Self::Map(map) => {
                 let mut metadata = map.metadata().clone();
@@ -143,7 +149,7 @@ impl MapSource {
                     .with_tolerance(added)
                     .with_data_window(pixels(header.data_window))
                     .with_display_window(pixels(header.display_window));
-                info.camera = camera(header, &mut report);
+                info.camera = camera(header, cameras, &mut report);
                 info.depth_kind = DepthKind::Planar;
                 let mut metadata =
                     Metadata::new(header.width, header.height, self.channels(), info);
@@ -166,7 +172,11 @@ const fn pixels(Window { min, max }: Window) -> PixelWindow {
 
 /// Row-vector matrices become column-vector ones: OpenEXR's rows are glam's
 /// columns, so the transposition moves no number.
-fn camera(header: &Header, report: &mut ImportReport) -> Option<ShadowCamera> {
+fn camera(
+    header: &Header,
+    conventions: CameraConventions,
+    report: &mut ImportReport,
+) -> Option<ShadowCamera> {
     let mut matrix = |numbers: Option<[f32; 16]>| {
         let matrix = DMat4::from_cols_array(&numbers?.map(f64::from));
         report.dropped_matrices += u64::from(!matrix.is_finite());
@@ -174,8 +184,12 @@ fn camera(header: &Header, report: &mut ImportReport) -> Option<ShadowCamera> {
     };
     let world_to_camera = matrix(header.world_to_camera);
     let world_to_ndc = matrix(header.world_to_ndc);
-    let known = world_to_camera.is_some() || world_to_ndc.is_some();
-    known.then_some(ShadowCamera { world_to_camera, world_to_ndc })
+    if world_to_camera.or(world_to_ndc).is_none() {
+        return None;
+    }
+    let (camera, reading) = conventions.read(world_to_camera, world_to_ndc);
+    report.camera = Some(reading);
+    Some(camera)
 }
 
 /// What every image states and maps have no field for, where it says

@@ -7,6 +7,7 @@ use std::path::Path;
 use dsm_core::{Progress, Rgb, Tolerance, Transmittance};
 use rayon::prelude::*;
 
+use super::camera_reading::CameraConventions;
 use super::report::ImportReport;
 use super::rows::{ExactFunction, SourceRows};
 use super::source::MapSource;
@@ -34,6 +35,8 @@ pub struct ConvertOptions {
     pub tolerance: Tolerance,
     /// The storage of the map.
     pub write: WriteOptions,
+    /// The conventions of the camera of an image.
+    pub cameras: CameraConventions,
 }
 
 /// Makes a `.dsm` map at `output` from `source`, compressed under the
@@ -84,7 +87,7 @@ pub fn convert(
     options: &ConvertOptions,
     mut progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<ImportReport> {
-    let (metadata, mut report) = source.target_metadata(options.tolerance)?;
+    let (metadata, mut report) = source.target_metadata(options.tolerance, options.cameras)?;
     let [width, height] = [metadata.width, metadata.height];
     let channels = metadata.channels;
     let mut writer = MapWriter::create(output, metadata, options.write)?;

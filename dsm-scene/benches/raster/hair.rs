@@ -51,6 +51,7 @@ fn curls() -> Vec<Segment> {
         segments.extend((0..16).map(|index| Segment {
             ends: [point(index), point(index + 1)],
             radii: [1.0 / 512.0; 2],
+            is_joined: index > 0,
         }));
     }
     segments

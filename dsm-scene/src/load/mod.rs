@@ -8,13 +8,13 @@ mod hair;
 mod image;
 mod obj;
 mod ply;
-mod vdb;
-mod vdb_layout;
+pub(crate) mod vdb;
 
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
+use self::vdb::choice::GridChoice;
 use crate::curves::Curves;
 use crate::error::{Error, Result};
 use crate::mesh::TriangleMesh;
@@ -65,16 +65,18 @@ pub fn load_curves(path: &Path) -> Result<Curves> {
     .map_err(|error| error.in_file(path))
 }
 
-/// Reads a medium: OpenVDB `.vdb`, the grid `density` or the only one there is,
-/// of 32-bit floats stored as such or as halves, scaled and moved but not
-/// turned. Active voxels and tiles count, others are empty.
+/// Reads a medium: OpenVDB `.vdb`, the grid that `choice` names, else `density` in
+/// whatever case or the only one there is; numbers, booleans and masks, as halves and
+/// packed in every way, placed by any affine map. Voxels count by what they hold,
+/// active or not; a background that is not 0 counts up to one voxel beyond the box of
+/// the active ones. A level set is refused: it is a surface.
 ///
 /// # Errors
 ///
 /// [`Error::File`] with the cause, as [`load_mesh`].
-pub fn load_volume(path: &Path) -> Result<Volume> {
+pub fn load_volume(path: &Path, choice: Option<&GridChoice>) -> Result<Volume> {
     match extension(path).as_deref() {
-        Some("vdb") => vdb::load(path),
+        Some("vdb") => vdb::load(path, choice),
         _ => Err(unknown(path, "a volume is .vdb")),
     }
     .map_err(|error| error.in_file(path))
@@ -100,7 +102,7 @@ pub fn load_volume(path: &Path) -> Result<Volume> {
 pub fn load_shape(path: &Path) -> Result<Shape> {
     match extension(path).as_deref() {
         Some("hair") => load_curves(path).map(Shape::Curves),
-        Some("vdb") => load_volume(path).map(Shape::Volume),
+        Some("vdb") => load_volume(path, None).map(Shape::Volume),
         Some("obj" | "ply" | "gltf" | "glb") => load_mesh(path).map(Shape::Mesh),
         _ => {
             let expected = "a model is .obj, .ply, .gltf, .glb, .hair or .vdb";

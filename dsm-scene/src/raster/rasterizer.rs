@@ -62,6 +62,7 @@ pub struct RasterizerBuilder<T: Transmittance> {
 /// let hair = Segment {
 ///     ends: [Vec3::new(-2.0, 0.0, -3.0), Vec3::new(2.0, 0.0, -3.0)],
 ///     radii: [0.25; 2],
+///     is_joined: false,
 /// };
 /// let mut builder = RasterizerBuilder::<f32>::new(&camera, [8, 8])?;
 /// builder.segments(0.3, [hair])?;
@@ -136,7 +137,9 @@ impl<T: Transmittance> RasterizerBuilder<T> {
         opacity: T,
         segments: impl IntoIterator<Item = Segment>,
     ) -> Result<()> {
-        let segments = segments.into_iter().map(|one| RaySegment::new(&self.rays, [one.corners()]));
+        let segments = segments
+            .into_iter()
+            .map(|one| RaySegment::new(&self.rays, [one.corners()], one.is_joined));
         self.segments.extend(&self.rays, checked(opacity)?, segments);
         Ok(())
     }
@@ -151,9 +154,10 @@ impl<T: Transmittance> RasterizerBuilder<T> {
         opacity: T,
         segments: impl IntoIterator<Item = [Segment; 2]>,
     ) -> Result<()> {
-        let segments = segments
-            .into_iter()
-            .map(|keys| RaySegment::new(&self.rays, keys.map(|segment| segment.corners())));
+        let segments = segments.into_iter().map(|keys| {
+            let corners = keys.map(|segment| segment.corners());
+            RaySegment::new(&self.rays, corners, keys[0].is_joined)
+        });
         self.moving_segments.extend(&self.rays, checked(opacity)?, segments);
         Ok(())
     }

@@ -4,6 +4,7 @@ use dsm_core::{HitSource, TileHits, TileSamples, Transmittance, ViewRaster};
 use glam::{DAffine3, DVec3, Vec2};
 
 use super::rasterizer::{Rasterizer, RasterizerBuilder};
+use super::rays::Rays;
 use super::segment::RaySegment;
 use super::triangle::RayTriangle;
 use crate::alpha::Alpha;
@@ -113,10 +114,10 @@ fn add<T: Transmittance>(
         Shape::Curves(curves) => {
             let Some(own) = curves.even_opacity() else { return false };
             if object.is_moving() {
-                let strands = strands(curves, keys).map(|ends| RaySegment::new(&rays, ends));
+                let strands = strands(&rays, curves, keys);
                 builder.moving_segments.extend(&rays, opacity(own), strands);
             } else {
-                let strands = strands(curves, [keys[0]]).map(|ends| RaySegment::new(&rays, ends));
+                let strands = strands(&rays, curves, [keys[0]]);
                 builder.segments.extend(&rays, opacity(own), strands);
             }
         }
@@ -167,20 +168,22 @@ fn straight(object: &Object) -> Option<[DAffine3; 2]> {
     even.then_some(keys)
 }
 
-/// The ends of all segments in camera space, with their radii.
+/// All segments as the rays see them.
 fn strands<const KEYS: usize>(
+    rays: &Rays,
     curves: &Curves,
     keys: [DAffine3; KEYS],
-) -> impl Iterator<Item = [[(DVec3, f32); 2]; KEYS]> {
+) -> impl Iterator<Item = RaySegment<KEYS>> {
     (0..curves.segments().len()).map(move |index| {
         let ends = curves.segment(index);
-        keys.map(|key| {
+        let in_camera_space = keys.map(|key| {
             // A similarity: every axis is as long.
             let scale = key.matrix3.x_axis.length();
             ends.map(|(end, radius)| {
                 (key.transform_point3(end.as_dvec3()), (f64::from(radius) * scale) as f32)
             })
-        })
+        });
+        RaySegment::new(rays, in_camera_space, curves.is_joined(index))
     })
 }
 

@@ -1,6 +1,6 @@
 //! Segments of strands.
 
-use fearless_simd::{Select, Simd, SimdBase, f32x16, mask32x16};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f32x16, mask32x16};
 use glam::{DVec3, Vec3};
 
 use super::cells::RayLanes;
@@ -14,13 +14,17 @@ use super::rays::Rays;
 ///
 /// The ray meets it where it passes the line between the two ends within the
 /// radius, interpolated at the point of closest approach: once, at the depth of
-/// the ray there. Segments of radius 0 are never met.
+/// the ray there. Segments of radius 0 are never met. One that is joined to another
+/// is not met where the strand was within its radius before: a strand is met once a
+/// crossing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Segment {
     /// Both ends, in camera space: right-handed, the camera looks down −z.
     pub ends: [Vec3; 2],
     /// The radius at either end, ≥ 0, in scene units.
     pub radii: [f32; 2],
+    /// True if another segment of the strand ends where this one begins.
+    pub is_joined: bool,
 }
 
 impl Segment {
@@ -34,13 +38,14 @@ impl Segment {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RaySegment<const KEYS: usize> {
     ends: [[Corner; 2]; KEYS],
+    is_joined: bool,
 }
 
 impl<const KEYS: usize> RaySegment<KEYS> {
     /// The segment between points in camera space, with their radii.
-    pub(super) fn new(rays: &Rays, keys: [[(DVec3, f32); 2]; KEYS]) -> Self {
+    pub(super) fn new(rays: &Rays, keys: [[(DVec3, f32); 2]; KEYS], is_joined: bool) -> Self {
         let corner = |(point, radius)| Corner::new(rays, point, radius);
-        Self { ends: keys.map(|ends| ends.map(corner)) }
+        Self { ends: keys.map(|ends| ends.map(corner)), is_joined }
     }
 }
 
@@ -93,16 +98,40 @@ impl<const KEYS: usize> Primitive for RaySegment<KEYS> {
         let shrunk = along_along * lanes.shrink;
         let product = fused(-first_along, shrunk, dot(first, along));
         let length = fused(-along_along, shrunk, dot(along, along));
-        let nearest = -product / length;
+        let approach = -product / length;
         // NaN, of a segment along the ray, is its first end.
-        let nearest = nearest.simd_gt(zero).select(nearest, zero);
-        let nearest = nearest.simd_lt(one).select(nearest, one);
+        let approach = approach.simd_gt(zero).select(approach, zero);
+        let nearest = approach.simd_lt(one).select(approach, one);
         let from_ray = [fused(along[0], nearest, first[0]), fused(along[1], nearest, first[1])];
         let sideways = fused(along_along, nearest, first_along);
         let shift = sideways * lanes.shrink;
         let square = fused(-sideways, shift, dot(from_ray, from_ray));
         let radius = fused(change.radius, nearest, start.radius);
         let depth = fused(change.depth, nearest, start.depth) + shift;
-        (square.simd_lt(radius * radius), depth)
+        // The next segment asks the same of its first end, with the same numbers:
+        // rounding must not lose a crossing between them.
+        let last = end.beyond_rays(lanes);
+        let goes_on = within(last, dot(last, lanes.slope), end.radius, lanes);
+        let mut meets = square.simd_lt(radius * radius) | goes_on;
+        if self.is_joined {
+            meets = meets & !within(first, first_along, start.radius, lanes);
+        }
+        // Where the strand goes on the nearest point may, up to a radius along the ray.
+        let reach = radius * lanes.shrink.sqrt();
+        let beyond = (approach - nearest) * (change.depth + shrunk);
+        let beyond = beyond.max(-reach).min(reach);
+        (meets, goes_on.select(depth + beyond, depth))
     }
+}
+
+/// True where a point is within its radius of the ray: `from_ray` is the vector to it
+/// in its plane of constant depth, and `along` that vector's product with the slope.
+#[inline(always)]
+fn within<S: Simd>(
+    from_ray: [f32x16<S>; 2],
+    along: f32x16<S>,
+    radius: f32x16<S>,
+    lanes: &RayLanes<S>,
+) -> mask32x16<S> {
+    fused(-along, along * lanes.shrink, dot(from_ray, from_ray)).simd_lt(radius * radius)
 }

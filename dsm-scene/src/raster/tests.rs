@@ -127,9 +127,10 @@ fn segment() -> impl Strategy<Value = Segment> {
         1 => point().prop_map(|point| (Vec3::ZERO, point)),
         1 => Just((Vec3::ZERO, Vec3::ZERO)),
     ];
-    (point(), second, radius(), radius()).prop_map(|(first, (offset, other), start, end)| {
+    let ends = (point(), second, radius(), radius(), any::<bool>());
+    ends.prop_map(|(first, (offset, other), start, end, is_joined)| {
         let second = if other == Vec3::ZERO { first + offset } else { other };
-        Segment { ends: [first, second], radii: [start, end] }
+        Segment { ends: [first, second], radii: [start, end], is_joined }
     })
 }
 
@@ -143,6 +144,7 @@ fn scene() -> impl Strategy<Value = Scene> {
         // Some move as a whole, some turn into another.
         let segments = segments.into_iter().map(|(open, close, apart)| {
             let along = Segment { ends: open.ends.map(|end| end + shift), ..open };
+            let close = Segment { is_joined: open.is_joined, ..close };
             [open, if apart { close } else { along }]
         });
         let triangles = triangles.into_iter().map(|(open, close, apart)| {
@@ -254,7 +256,7 @@ proptest! {
 }
 
 fn strand(ends: [Vec3; 2], radius: f32) -> Segment {
-    Segment { ends, radii: [radius; 2] }
+    Segment { ends, radii: [radius; 2], is_joined: false }
 }
 
 #[test]
@@ -279,6 +281,33 @@ fn the_naive_search_finds_much() {
         }
     }
     assert!(sure > 5000, "{sure}");
+}
+
+#[test]
+fn a_strand_is_met_once_a_crossing_however_it_is_cut() {
+    let samples =
+        TileSamples::new(&PixelSampling::new(16, 1).unwrap(), [0, 0], SIZE, None).unwrap();
+    let (from, to) = (Vec3::new(-1.5, -0.2, -2.0), Vec3::new(1.4, 0.3, -3.5));
+    for camera in [perspective(90.0, 1.5), orthographic(4.0, 1.5)] {
+        let hits = |pieces: u16| {
+            let at = |piece: u16| from.lerp(to, f32::from(piece) / f32::from(pieces));
+            let pieces = (0..pieces).map(|piece| Segment {
+                is_joined: piece > 0,
+                ..strand([at(piece), at(piece + 1)], 0.2)
+            });
+            let mut builder = RasterizerBuilder::<f32>::new(&camera, SIZE).unwrap();
+            builder.segments(0.5, pieces).unwrap();
+            let mut hits = TileHits::new(samples.len());
+            builder.build().unwrap().hits(&samples, &mut hits).unwrap();
+            hits.surface_count()
+        };
+        let whole = hits(1);
+        assert!(whole > 100);
+        for pieces in [2, 7, 64, 300] {
+            // A point of the cut is rounded: a ray at the rim may tell.
+            assert!(hits(pieces).abs_diff(whole) <= 1, "{pieces}: {} {whole}", hits(pieces));
+        }
+    }
 }
 
 #[test]

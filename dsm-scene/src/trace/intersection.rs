@@ -43,7 +43,8 @@ impl HitGeometry {
                 });
                 let [(a, near_radius), (b, far_radius)] = ends;
                 // Rounding may take a ray at the rim past it.
-                let place = SegmentTest::new(ray).intersection(ends).map_or(0.5, |hit| hit.along);
+                let place =
+                    SegmentTest::new(ray).crossing(ends, false).map_or(0.5, |hit| hit.along);
                 Self::Strand {
                     middle: a + (b - a) * place,
                     along: (b - a).try_normalize().unwrap_or(DVec3::X),

@@ -38,7 +38,7 @@ pub(crate) fn march(
     mut stretch: impl FnMut(&[DensitySample]),
 ) {
     let origin = volume.to_index(ray.origin());
-    let direction = ray.direction() / volume.voxel_size();
+    let direction = volume.direction_to_index(ray.direction());
     let bounds = volume.index_bounds();
     let Some((enter, leave)) = bounds.clip(origin, direction) else { return };
     let [near, far] = ray.range();

@@ -24,10 +24,15 @@ impl SegmentTest {
         Self { origin: ray.origin(), direction, per_length: 1.0 / direction.length_squared() }
     }
 
-    /// The hit where the line passes the segment within its radius, which is linear
-    /// between the ends: the segment is seen along the ray, and the
-    /// point on it nearest to the ray is taken.
-    pub(crate) fn intersection(&self, ends: [(DVec3, f64); 2]) -> Option<SegmentHit> {
+    /// The hit where the line passes a segment of a strand within its radius, which is
+    /// linear between the ends: the segment is seen along the ray, and the point on it
+    /// nearest to the ray is taken.
+    ///
+    /// A strand is met once for each stretch of it within its radius of the ray. Such
+    /// a stretch is met at its first segment, so that one that `is_joined` to another
+    /// is not met where the stretch has begun before. Where the stretch goes on
+    /// beyond the segment, so does the nearest point, up to a radius along the ray.
+    pub(crate) fn crossing(&self, ends: [(DVec3, f64); 2], is_joined: bool) -> Option<SegmentHit> {
         let [(a, near_radius), (b, far_radius)] = ends;
         let [a, b] = [a - self.origin, b - self.origin];
         let [a_t, b_t] = [a, b].map(|end| end.dot(self.direction) * self.per_length);
@@ -35,11 +40,26 @@ impl SegmentTest {
         let across = a - self.direction * a_t;
         let step = b - self.direction * b_t - across;
         let length = step.length_squared();
-        let along = if length > 0.0 { (-across.dot(step) / length).clamp(0.0, 1.0) } else { 0.0 };
+        let nearest = if length > 0.0 { -across.dot(step) / length } else { 0.0 };
+        let along = nearest.clamp(0.0, 1.0);
         let radius = near_radius + (far_radius - near_radius) * along;
-        let distance = (across + step * along).length_squared();
-        (radius > 0.0 && distance <= radius * radius)
-            .then_some(SegmentHit { t: a_t + (b_t - a_t) * along, along })
+        let is_within =
+            |place: DVec3, radius: f64| radius > 0.0 && place.length_squared() <= radius * radius;
+        if is_joined && is_within(across, near_radius) {
+            return None;
+        }
+        // The same numbers as of the next segment's first end: rounding must not
+        // lose a stretch between them.
+        let goes_on = is_within(b - self.direction * b_t, far_radius);
+        if !goes_on && !is_within(across + step * along, radius) {
+            return None;
+        }
+        let mut t = a_t + (b_t - a_t) * along;
+        if goes_on && nearest > 1.0 {
+            let reach = radius * self.per_length.sqrt();
+            t += ((nearest - 1.0) * (b_t - a_t)).clamp(-reach, reach);
+        }
+        Some(SegmentHit { t, along })
     }
 }
 
@@ -53,7 +73,7 @@ mod tests {
         let ends = [(DVec3::new(0.0, 0.0, 1.0), 0.1), (DVec3::new(4.0, 0.0, 3.0), 0.3)];
         let meet = |x: f64, y: f64| {
             let ray = Ray::new(DVec3::new(x, y, 10.0), DVec3::new(0.0, 0.0, -2.0));
-            SegmentTest::new(&ray).intersection(ends)
+            SegmentTest::new(&ray).crossing(ends, false)
         };
         assert_eq!(meet(1.0, 0.149), Some(SegmentHit { t: 4.25, along: 0.25 }));
         assert_eq!(meet(1.0, 0.151), None);
@@ -67,7 +87,7 @@ mod tests {
     fn a_segment_along_the_ray_is_met_at_its_first_end() {
         let ends = [(DVec3::Z, 0.1), (DVec3::Z * 3.0, 0.1)];
         let ray = Ray::new(DVec3::new(0.05, 0.0, 0.0), DVec3::Z);
-        let hit = SegmentTest::new(&ray).intersection(ends).unwrap();
+        let hit = SegmentTest::new(&ray).crossing(ends, false).unwrap();
         assert_eq!(hit, SegmentHit { t: 1.0, along: 0.0 });
     }
 
@@ -75,6 +95,54 @@ mod tests {
     fn a_segment_without_width_is_never_met() {
         let ends = [(DVec3::ZERO, 0.0), (DVec3::X, 0.0)];
         let ray = Ray::new(DVec3::new(0.5, 0.0, 1.0), DVec3::NEG_Z);
-        assert_eq!(SegmentTest::new(&ray).intersection(ends), None);
+        assert_eq!(SegmentTest::new(&ray).crossing(ends, false), None);
+    }
+
+    /// The hits of a strand through `points`.
+    fn hits(ray: &Ray, points: &[DVec3], radius: f64) -> Vec<f64> {
+        let test = SegmentTest::new(ray);
+        let crossing = |(index, ends): (usize, &[DVec3])| {
+            test.crossing([(ends[0], radius), (ends[1], radius)], index > 0)
+        };
+        points.windows(2).enumerate().filter_map(crossing).map(|hit| hit.t).collect()
+    }
+
+    #[test]
+    fn a_strand_is_met_once_a_crossing_however_it_is_cut() {
+        let (from, to) = (DVec3::new(-1.0, 0.0, 0.5), DVec3::new(1.0, 0.25, -0.5));
+        let cut = |pieces: u32| {
+            let at = |piece: u32| from.lerp(to, f64::from(piece / 2 * 2) / f64::from(pieces));
+            // Every other point twice.
+            (0..=pieces).map(at).collect::<Vec<_>>()
+        };
+        for x in 0..300 {
+            for y in 0..60 {
+                let start = DVec3::new(f64::from(x) / 120.0 - 1.25, f64::from(y) / 60.0 - 0.5, 9.0);
+                let ray = Ray::new(start, DVec3::new(0.01, 0.02, -1.0));
+                let whole = hits(&ray, &[from, to], 0.2);
+                for pieces in [2, 8, 64] {
+                    let parts = hits(&ray, &cut(pieces), 0.2);
+                    assert_eq!(parts.len(), whole.len(), "{start} in {pieces}");
+                    assert!(parts.iter().zip(&whole).all(|(a, b)| (a - b).abs() < 0.2));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_curl_is_met_where_it_leaves_the_ray_and_comes_back() {
+        // Around the ray, nearer than its radius, and then far away and back.
+        let turn =
+            |angle: f64, wide: f64| DVec3::new(angle.cos() * wide, angle.sin() * wide, angle);
+        let near: Vec<_> = (0..40).map(|step| turn(f64::from(step), 0.05)).collect();
+        let ray = Ray::new(DVec3::new(0.0, 0.0, 100.0), DVec3::NEG_Z);
+        assert_eq!(hits(&ray, &near, 0.1).len(), 1);
+        let mut far = near.clone();
+        far.extend([DVec3::new(5.0, 0.0, 40.0), DVec3::new(0.0, 0.0, 50.0)]);
+        assert_eq!(hits(&ray, &far, 0.1).len(), 2);
+        // A sharp bend within reach of the ray on both legs, but not at the bend.
+        let bend =
+            [DVec3::new(-1.0, 0.0, 0.0), DVec3::new(1.0, 0.0, 0.0), DVec3::new(-1.0, 0.0, 1.0)];
+        assert_eq!(hits(&ray, &bend, 0.1).len(), 2);
     }
 }

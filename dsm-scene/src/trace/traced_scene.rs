@@ -156,7 +156,7 @@ impl TracedObject {
                 bvh.visit(ray, |index| {
                     let ends = curves.segment(index);
                     let ends = ends.map(|(end, radius)| (end.as_dvec3(), f64::from(radius)));
-                    test.intersection(ends).is_some_and(|hit| {
+                    test.crossing(ends, curves.is_joined(index)).is_some_and(|hit| {
                         let within = near <= hit.t && hit.t < far;
                         within && {
                             let opacity = curves.opacity(index, hit.along as f32);

@@ -32,23 +32,40 @@ fn triangle_oracle(ray: &Ray, corners: [DVec3; 3]) -> (Option<f64>, bool) {
     ((least > 0.0).then_some(solution.z), least.abs() < 1e-7)
 }
 
-/// Where the ray passes the segment within its radius: the nearest point of
-/// the segment to the line, found by looking along the ray in a basis.
-fn segment_oracle(ray: &Ray, ends: [(DVec3, f64); 2]) -> (Option<f64>, bool) {
+/// Where the ray meets a strand: for each stretch within its radius of the line one
+/// depth, found by walking along the strand in a basis that looks along the ray.
+/// A flag tells depths that rounding decides, or that may not be there.
+fn strand_oracle(ray: &Ray, points: &[(DVec3, f64)]) -> Vec<(f64, bool)> {
     let direction = ray.direction().normalize();
     let (x, y) = direction.any_orthonormal_pair();
     let basis = DMat3::from_cols(x, y, direction).transpose();
-    let [(a, a_radius), (b, b_radius)] = ends.map(|(p, r)| (basis * (p - ray.origin()), r));
-    let (from, step) = (a.truncate(), (b - a).truncate());
-    let along = if step.length_squared() < 1e-24 {
-        0.0
-    } else {
-        (-from.dot(step) / step.length_squared()).clamp(0.0, 1.0)
+    let seen: Vec<_> = points.iter().map(|&(p, r)| (basis * (p - ray.origin()), r)).collect();
+    let margin = |place: DVec3, radius: f64| {
+        if radius > 0.0 { radius - place.truncate().length() } else { f64::NEG_INFINITY }
     };
-    let distance = (from + step * along).length();
-    let radius = a_radius + (b_radius - a_radius) * along;
-    let t = (a.z + (b.z - a.z) * along) / ray.direction().length();
-    ((distance <= radius && radius > 0.0).then_some(t), (distance - radius).abs() < 1e-7)
+    let mut met = Vec::new();
+    let mut within = false;
+    for ends in seen.windows(2) {
+        let [(a, a_radius), (b, b_radius)] = [ends[0], ends[1]];
+        let (from, step) = (a.truncate(), (b - a).truncate());
+        let approach = if step.length_squared() < 1e-24 {
+            0.0
+        } else {
+            (-from.dot(step) / step.length_squared()).max(0.0)
+        };
+        let along = approach.min(1.0);
+        let radius = a_radius + (b_radius - a_radius) * along;
+        let (before, after) = (margin(a, a_radius), margin(b, b_radius));
+        let reach = margin(a + (b - a) * along, radius).max(after);
+        let beyond = if after >= 0.0 { (approach - along) * (b - a).z } else { 0.0 };
+        let t = a.z + (b.z - a.z) * along + beyond.clamp(-radius, radius);
+        let unsure = [reach, before, after].iter().any(|margin| margin.abs() < 1e-7);
+        if (reach >= 0.0 && !within) || unsure {
+            met.push((t / ray.direction().length(), unsure));
+        }
+        within = after >= 0.0;
+    }
+    met
 }
 
 /// All depths that the tracer finds, and whether they are those of an oracle
@@ -81,10 +98,22 @@ fn compare_traced(scene: &Scene, traced: &TracedScene, ray: &Ray) -> Result<usiz
         match &*object.shape {
             Shape::Mesh(mesh) => (0..mesh.triangles().len())
                 .for_each(|index| note(triangle_oracle(ray, mesh.corners(index).map(point)))),
-            Shape::Curves(curves) => (0..curves.segments().len()).for_each(|index| {
-                let ends = curves.segment(index).map(|(p, r)| (point(p), f64::from(r) * scale));
-                note(segment_oracle(ray, ends));
-            }),
+            Shape::Curves(curves) => {
+                let segments: Vec<usize> = (0..curves.segments().len()).collect();
+                for strand in segments.chunk_by(|_, &next| curves.is_joined(next)) {
+                    let ends = |&index: &usize| curves.segment(index);
+                    let last = strand.last().map(|index| curves.segment(*index)[1]);
+                    let points: Vec<_> = strand
+                        .iter()
+                        .map(|index| ends(index)[0])
+                        .chain(last)
+                        .map(|(p, r)| (point(p), f64::from(r) * scale))
+                        .collect();
+                    strand_oracle(ray, &points)
+                        .into_iter()
+                        .for_each(|(t, unsure)| note((Some(t), unsure)));
+                }
+            }
             Shape::Volume(_) => {}
         }
     }

@@ -29,7 +29,7 @@ fn missing_and_unknown_files_are_named() {
         load_mesh(Path::new("no/such.obj")).unwrap_err(),
         load_mesh(Path::new("no/such.glb")).unwrap_err(),
         load_curves(Path::new("no/such.hair")).unwrap_err(),
-        load_volume(Path::new("no/such.vdb")).unwrap_err(),
+        load_volume(Path::new("no/such.vdb"), None).unwrap_err(),
         load_shape(Path::new("no/such.ply")).unwrap_err(),
     ];
     for error in missing {

@@ -14,3 +14,4 @@ mod real_files;
 mod scene_file;
 mod shadows;
 mod support;
+mod volumes;

@@ -64,7 +64,7 @@ fn glb_tree_and_fox() {
 #[test]
 fn vdb_smoke() {
     let Some(path) = real_file("volume/smoke.vdb") else { return };
-    let smoke = load_volume(&path).unwrap();
+    let smoke = load_volume(&path, None).unwrap();
     assert_eq!(smoke.voxel_count(), 1_049_275);
     let [low, high] = smoke.extent().unwrap();
     assert_eq!(high - low + 1, IVec3::new(111, 222, 112));

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, ValueEnum};
 use deepshadow::files::deep_exr::{Compression, Layout, SampleType};
+use deepshadow::files::detail::{CameraConventions, NdcRange, ViewAxis};
 use deepshadow::files::{ConvertOptions, ExportOptions, Packing, WriteOptions};
 use deepshadow::visibility::Tolerance;
 
@@ -45,6 +46,14 @@ pub(crate) struct ConvertFlags {
     /// The part of an .exr to read [default: the first deep one]
     #[arg(long, value_name = "NAME")]
     part: Option<String>,
+    /// Viewing direction in the camera space of an .exr [default: what its
+    /// matrices show, else +z, as OpenEXR has it]
+    #[arg(long, value_enum, allow_hyphen_values = true)]
+    camera_axis: Option<AxisName>,
+    /// Range of the worldToNDC of an .exr: unit is [0, 1], screen [-1, 1]
+    /// [default: what its matrices show]
+    #[arg(long, value_enum)]
+    ndc: Option<NdcName>,
     /// Layout of the pixels of an .exr [default: scanline]
     #[arg(long, value_enum)]
     exr_layout: Option<LayoutName>,
@@ -52,7 +61,8 @@ pub(crate) struct ConvertFlags {
     /// [default: float]
     #[arg(long, value_enum)]
     exr_type: Option<TypeName>,
-    /// Compression of an .exr [default: zips]
+    /// Compression of an .exr; zstd needs OpenEXR 3.5 to be read
+    /// [default: zips]
     #[arg(long, value_enum)]
     exr_compression: Option<CompressionName>,
     #[command(flatten)]
@@ -81,7 +91,40 @@ enum TypeName {
 enum CompressionName {
     Zips,
     Rle,
+    Zstd,
     None,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum AxisName {
+    #[value(name = "+z")]
+    PlusZ,
+    #[value(name = "-z")]
+    MinusZ,
+}
+
+impl From<AxisName> for ViewAxis {
+    fn from(name: AxisName) -> Self {
+        match name {
+            AxisName::PlusZ => Self::PlusZ,
+            AxisName::MinusZ => Self::MinusZ,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum NdcName {
+    Unit,
+    Screen,
+}
+
+impl From<NdcName> for NdcRange {
+    fn from(name: NdcName) -> Self {
+        match name {
+            NdcName::Unit => Self::Unit,
+            NdcName::Screen => Self::Screen,
+        }
+    }
 }
 
 /// A checked `convert`.
@@ -118,12 +161,21 @@ impl ConvertFlags {
         let block = self.block.map_or(Packing::Zstd, Packing::from);
         let tile = self.tile.unwrap_or(DEFAULT_TILE);
         let write = WriteOptions::default().with_tile_size(tile).with_packing(block);
-        Ok(ConvertOptions { tolerance: self.tolerance.unwrap_or_default(), write })
+        let cameras = CameraConventions {
+            view_axis: self.camera_axis.map(ViewAxis::from),
+            ndc_range: self.ndc.map(NdcRange::from),
+        };
+        Ok(ConvertOptions { tolerance: self.tolerance.unwrap_or_default(), write, cameras })
     }
 
     fn image(&self) -> Result<ExportOptions, String> {
-        if self.block.is_some() {
-            return Err("--block is for .dsm outputs".to_owned());
+        let refused = [
+            ("--block", self.block.is_some()),
+            ("--camera-axis", self.camera_axis.is_some()),
+            ("--ndc", self.ndc.is_some()),
+        ];
+        if let Some((switch, _)) = refused.iter().find(|(_, is_given)| *is_given) {
+            return Err(format!("{switch} is for .dsm outputs"));
         }
         let is_tiled = self.exr_layout == Some(LayoutName::Tiled);
         if self.tile.is_some() && !is_tiled {
@@ -148,6 +200,7 @@ impl ConvertFlags {
             },
             compression: match self.exr_compression {
                 Some(CompressionName::Rle) => Compression::Rle,
+                Some(CompressionName::Zstd) => Compression::Zstd,
                 Some(CompressionName::None) => Compression::None,
                 Some(CompressionName::Zips) | None => Compression::Zips,
             },

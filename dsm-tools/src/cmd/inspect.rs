@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use deepshadow::ShadowMap;
-use deepshadow::files::AnyDeepMap;
+use deepshadow::files::detail::AnyDeepMap;
 use deepshadow::files::detail::{Level, TileRect, replace_file};
 use deepshadow::visibility::detail::VisibilityView;
 use deepshadow::visibility::{DeepMap, Transmittance};

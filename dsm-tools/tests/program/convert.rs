@@ -224,6 +224,7 @@ fn maps_become_images_that_let_the_same_light_through() {
         ["--exr-layout", "tiled", "--tile", "16", "--exr-compression", "none"],
         ["--exr-layout", "scanline", "--exr-type", "float", "--exr-compression", "rle"],
         ["--exr-layout", "scanline", "--exr-type", "half", "--exr-compression", "zips"],
+        ["--exr-layout", "scanline", "--exr-type", "half", "--exr-compression", "zstd"],
     ] {
         let arguments = [map.as_os_str(), out.as_os_str()].map(ToOwned::to_owned);
         let switches = switches.map(Into::into);

@@ -2,7 +2,8 @@
 
 use dsm_core::{DeepMap, Rgb, Transmittance};
 use dsm_io::deep_exr::{self, DeepExrReader, DeepRows};
-use dsm_io::{AnyDeepMap, Limits, MapReader};
+use dsm_io::detail::AnyDeepMap;
+use dsm_io::{Limits, MapReader};
 
 use super::{IMAGES, converted, image, options};
 

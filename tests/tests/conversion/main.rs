@@ -42,6 +42,7 @@ fn options(epsilon: f32, tile_size: u32) -> ConvertOptions {
     ConvertOptions {
         tolerance: Tolerance::new(epsilon).unwrap(),
         write: defaults.write.with_tile_size(tile_size),
+        ..defaults
     }
 }
 

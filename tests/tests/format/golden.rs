@@ -1,7 +1,8 @@
 //! Deep maps that were written once stay readable.
 
 use dsm_core::{Rgb, Transmittance};
-use dsm_io::{AnyDeepMap, Limits, MapReader, Packing};
+use dsm_io::detail::AnyDeepMap;
+use dsm_io::{Limits, MapReader, Packing};
 use dsm_tests::golden;
 
 use crate::damage::defects;

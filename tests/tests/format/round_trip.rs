@@ -2,10 +2,8 @@
 
 use dsm_core::detail::{PixelLists, PixelListsView};
 use dsm_core::{DeepMap, MapInfo, Rgb, Transmittance};
-use dsm_io::detail::TileId;
-use dsm_io::{
-    AchievedError, AnyDeepMap, Limits, MapReader, Metadata, Packing, WriteOptions, write_map,
-};
+use dsm_io::detail::{AnyDeepMap, TileId};
+use dsm_io::{AchievedError, Limits, MapReader, Metadata, Packing, WriteOptions, write_map};
 use dsm_testkit::config;
 use proptest::prelude::*;
 

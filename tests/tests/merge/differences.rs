@@ -111,6 +111,7 @@ fn the_mean_is_over_all_pixels() {
         let options = ConvertOptions {
             tolerance: info(epsilon).tolerance,
             write: WriteOptions::default().with_tile_size(tile),
+            ..ConvertOptions::default()
         };
         convert(&mut source(&sample), &path(name), &options, Progress::ignore).unwrap();
     };

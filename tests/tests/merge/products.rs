@@ -4,10 +4,10 @@ use dsm_core::detail::{PixelLists, PixelWindow, VisibilityView};
 use dsm_core::{
     Filter, FilterShape, MapInfo, Progress, Rgb, ShadowCamera, Tolerance, Transmittance, Vertex,
 };
-use dsm_io::detail::MapWriter;
+use dsm_io::detail::{AnyDeepMap, MapWriter};
 use dsm_io::{
-    AchievedError, AnyDeepMap, ConvertOptions, Limits, MapReader, MergeReport, Metadata, Packing,
-    WriteOptions, convert,
+    AchievedError, ConvertOptions, Limits, MapReader, MergeReport, Metadata, Packing, WriteOptions,
+    convert,
 };
 use dsm_testkit::config;
 use glam::DMat4;
