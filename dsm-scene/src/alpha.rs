@@ -86,6 +86,12 @@ impl AlphaTexture {
         Ok(Self { width, height, texels, wrap, nearest: false, uv_transform })
     }
 
+    /// The texture with `value` of each texel in place of it; both in [0, 1].
+    pub(crate) fn mapped(self, value: impl Fn(f32) -> f32) -> Self {
+        let code = |texel: &u8| (value(f32::from(*texel) / 255.0) * 255.0).round() as u8;
+        Self { texels: self.texels.iter().map(code).collect(), ..self }
+    }
+
     /// The alpha at `uv`, in [0, 1]; 1 where `uv` is not finite.
     #[must_use]
     pub fn sample(&self, uv: Vec2) -> f32 {
@@ -174,7 +180,7 @@ impl Alpha {
         }
     }
 
-    /// True if the opacity is the same everywhere.
+    /// True if the opacity is the same everywhere, but for what vertices say.
     pub(crate) fn is_even(&self) -> bool {
         self.texture.is_none() || self.mode == AlphaMode::Opaque
     }
@@ -182,7 +188,14 @@ impl Alpha {
     /// The opacity at `uv`, in [0, 1].
     #[must_use]
     pub fn opacity(&self, uv: Vec2) -> f32 {
-        let alpha = || self.factor * self.texture.as_ref().map_or(1.0, |t| t.sample(uv));
+        self.opacity_times(uv, 1.0)
+    }
+
+    /// The opacity at `uv`, in [0, 1], where `vertices` is the alpha between the
+    /// vertices: one more factor.
+    pub(crate) fn opacity_times(&self, uv: Vec2, vertices: f32) -> f32 {
+        let texture = || self.texture.as_ref().map_or(1.0, |t| t.sample(uv));
+        let alpha = || self.factor * texture() * vertices;
         match self.mode {
             AlphaMode::Opaque => 1.0,
             AlphaMode::Mask(cutoff) => f32::from(alpha() >= cutoff),

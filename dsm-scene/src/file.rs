@@ -10,7 +10,8 @@ use serde::Deserialize;
 
 use crate::builtin::builtin_scene;
 use crate::error::{Error, Place, Result};
-use crate::load::{extension, load_curves, load_mesh, load_shape, load_volume, read_file};
+use crate::load::warnings::Warnings;
+use crate::load::{extension, load_curves, load_volume, read_file, read_mesh, read_shape};
 use crate::scene::{Object, Scene, Shape};
 use crate::transform::{Motion, Transform};
 use crate::view::{Camera, Light};
@@ -161,6 +162,8 @@ const fn one() -> f64 {
 /// `fov` and `extent`, and of `size` and `radius`, the one counts that the
 /// projection and the shape have.
 ///
+/// [`Scene::warnings`] holds what models hold that was not understood.
+///
 /// # Errors
 ///
 /// [`Error::File`] with the cause: the line of what is not TOML or not known,
@@ -183,7 +186,9 @@ pub fn open_scene(path: &Path) -> Result<Scene> {
     if extension(path).as_deref() == Some("toml") {
         return read_scene(path).map_err(|error| error.in_file(path));
     }
-    Ok(Scene::of_objects(vec![Object::new(load_shape(path)?)]))
+    let mut warnings = Warnings::default();
+    let object = Object::new(read_shape(path, &mut warnings)?);
+    Ok(Scene { warnings: warnings.into_lines(), ..Scene::of_objects(vec![object]) })
 }
 
 fn read_scene(path: &Path) -> Result<Scene> {
@@ -202,7 +207,7 @@ fn parse_scene(text: &str, folder: &Path) -> Result<Scene> {
         let message: Vec<&str> = error.message().split_whitespace().collect();
         Error::malformed(Place::Line(line as u64), message.join(" "))
     })?;
-    let mut shapes = Shapes { folder, loaded: HashMap::new() };
+    let mut shapes = Shapes { folder, loaded: HashMap::new(), warnings: Warnings::default() };
     let mut objects = Vec::new();
     for (index, table) in file.object.iter().enumerate() {
         let made = make_object(table, &mut shapes)
@@ -210,6 +215,7 @@ fn parse_scene(text: &str, folder: &Path) -> Result<Scene> {
         objects.extend(made);
     }
     let mut scene = Scene::of_objects(objects);
+    scene.warnings = shapes.warnings.into_lines();
     if let Some(table) = &file.light {
         scene.light = make_light(table).map_err(|error| within(error, "light"))?;
     }
@@ -243,6 +249,7 @@ struct Shapes<'a> {
     folder: &'a Path,
     /// By path and by what they are made with.
     loaded: HashMap<(PathBuf, Option<String>), Arc<Shape>>,
+    warnings: Warnings,
 }
 
 impl Shapes<'_> {
@@ -250,14 +257,14 @@ impl Shapes<'_> {
         &mut self,
         path: &Path,
         made_with: Option<String>,
-        load: impl FnOnce(&Path) -> Result<Shape>,
+        load: impl FnOnce(&Path, &mut Warnings) -> Result<Shape>,
     ) -> Result<Arc<Shape>> {
         let path = self.folder.join(path);
         let key = (path.clone(), made_with);
         if let Some(shape) = self.loaded.get(&key) {
             return Ok(Arc::clone(shape));
         }
-        let shape = Arc::new(load(&path)?);
+        let shape = Arc::new(load(&path, &mut self.warnings)?);
         self.loaded.insert(key, Arc::clone(&shape));
         Ok(shape)
     }
@@ -276,7 +283,7 @@ fn make_object(table: &ObjectTable, shapes: &mut Shapes<'_>) -> Result<Vec<Objec
     }
     let mut objects = match (&table.curves, &table.mesh, &table.volume, &table.builtin) {
         (Some(path), None, None, None) => {
-            let load = |path: &Path| {
+            let load = |path: &Path, _: &mut Warnings| {
                 let curves = load_curves(path)?;
                 Ok(Shape::Curves(match table.thickness {
                     Some(diameter) => curves.with_thickness(diameter).map_err(|_| {
@@ -289,11 +296,15 @@ fn make_object(table: &ObjectTable, shapes: &mut Shapes<'_>) -> Result<Vec<Objec
             vec![of_shape(shapes.get(path, table.thickness.map(|size| size.to_string()), load)?)]
         }
         (None, Some(path), None, None) => {
-            vec![of_shape(shapes.get(path, None, |path| load_mesh(path).map(Shape::Mesh))?)]
+            let load =
+                |path: &Path, warnings: &mut Warnings| read_mesh(path, warnings).map(Shape::Mesh);
+            vec![of_shape(shapes.get(path, None, load)?)]
         }
         (None, None, Some(path), None) => {
             let choice = table.grid.as_deref().map(str::parse).transpose()?;
-            let load = |path: &Path| load_volume(path, choice.as_ref()).map(Shape::Volume);
+            let load = |path: &Path, _: &mut Warnings| {
+                load_volume(path, choice.as_ref()).map(Shape::Volume)
+            };
             vec![of_shape(shapes.get(path, table.grid.clone(), load)?)]
         }
         (None, None, None, Some(name)) => builtin_scene(name)?.objects,

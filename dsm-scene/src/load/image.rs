@@ -1,56 +1,99 @@
-//! Alpha channels of images.
+//! Opacity out of images.
 
 use std::io::Cursor;
 
-use png::{ColorType, Decoder, Limits, Transformations};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
+use super::warnings::one_line;
 use crate::alpha::AlphaTexture;
 use crate::error::{Error, Place, Result};
 
 /// An image may unpack to this many bytes.
-const MAX_BYTES: usize = 1 << 30;
+const MAX_BYTES: u64 = 1 << 30;
 
 /// The channel of an image that holds opacity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Channel {
     /// Alpha; images without it are opaque.
     Alpha,
-    /// Alpha if there is one, brightness otherwise.
+    /// Alpha where there is one that is not opaque everywhere, brightness otherwise.
     AlphaOrBrightness,
+    /// The mean of red, green and blue.
+    Brightness,
+    /// Red, or the only channel.
+    Red,
+    /// Green, or the only channel.
+    Green,
+    /// Blue, or the only channel.
+    Blue,
 }
 
-/// The opacity of a PNG or, where only alpha counts, a JPEG, which has none;
-/// `None` if it is opaque everywhere.
-pub(super) fn decode(bytes: &[u8], channel: Channel) -> Result<Option<AlphaTexture>> {
-    let broken = |error: png::DecodingError| Error::malformed(Place::Whole, error.to_string());
-    if bytes.starts_with(&[0xff, 0xd8, 0xff]) && channel == Channel::Alpha {
+/// The opacity of an image, BMP, JPEG, PNG, TGA or WebP; `None` if it is opaque
+/// everywhere. A TGA is told by its `extension`: it has no mark of its own.
+pub(super) fn decode(
+    bytes: &[u8],
+    extension: Option<&str>,
+    channel: Channel,
+) -> Result<Option<AlphaTexture>> {
+    let broken =
+        |error: image::ImageError| Error::malformed(Place::Whole, one_line(&error.to_string()));
+    let format = match image::guess_format(bytes) {
+        Ok(format) => format,
+        Err(_) if extension == Some("tga") => ImageFormat::Tga,
+        Err(_) => return Err(unknown()),
+    };
+    if format == ImageFormat::Jpeg && channel == Channel::Alpha {
         return Ok(None);
     }
-    if !bytes.starts_with(b"\x89PNG\r\n\x1a\n") {
-        let reason = "an opacity image must be a PNG";
-        return Err(Error::malformed(Place::Header, reason));
-    }
-    let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: MAX_BYTES });
-    decoder.set_transformations(Transformations::EXPAND | Transformations::STRIP_16);
-    let mut reader = decoder.read_info().map_err(broken)?;
-    let size = reader.output_buffer_size().filter(|&size| size <= MAX_BYTES);
-    let Some(size) = size else {
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(MAX_BYTES);
+    reader.limits(limits);
+    let decoder = reader.into_decoder().map_err(|error| match error {
+        image::ImageError::Unsupported(_) => unknown(),
+        error => broken(error),
+    })?;
+    if decoder.total_bytes() > MAX_BYTES {
         return Err(Error::malformed(Place::Header, "the image is too large"));
-    };
-    let mut pixels = vec![0; size];
-    let info = reader.next_frame(&mut pixels).map_err(broken)?;
-    pixels.truncate(info.buffer_size());
-    let alphas: Vec<u8> = match (info.color_type, channel) {
-        (ColorType::GrayscaleAlpha, _) => pixels.chunks_exact(2).map(|pixel| pixel[1]).collect(),
-        (ColorType::Rgba, _) => pixels.chunks_exact(4).map(|pixel| pixel[3]).collect(),
-        (_, Channel::Alpha) => return Ok(None),
-        (ColorType::Rgb, _) => pixels.chunks_exact(3).map(brightness).collect(),
-        _ => pixels,
-    };
+    }
+    let image = DynamicImage::from_decoder(decoder).map_err(broken)?;
+    let (width, height) = (image.width(), image.height());
+    let alphas = opacities(image, channel);
     if alphas.iter().all(|&alpha| alpha == 255) {
         return Ok(None);
     }
-    AlphaTexture::new(info.width, info.height, alphas).map(Some)
+    AlphaTexture::new(width, height, alphas).map(Some)
+}
+
+fn unknown() -> Error {
+    Error::malformed(Place::Header, "an opacity image must be a PNG, JPEG, TGA, WebP or BMP")
+}
+
+/// One opacity a pixel, 255 opaque.
+fn opacities(image: DynamicImage, channel: Channel) -> Vec<u8> {
+    let has_alpha = image.color().has_alpha();
+    if !has_alpha && channel == Channel::Alpha {
+        return Vec::new();
+    }
+    if !image.color().has_color() && !has_alpha {
+        return image.into_luma8().into_raw();
+    }
+    let pixels = image.into_rgba8().into_raw();
+    let of = |at: usize| pixels.chunks_exact(4).map(move |pixel| pixel[at]).collect::<Vec<u8>>();
+    match channel {
+        Channel::Red => return of(0),
+        Channel::Green => return of(1),
+        Channel::Blue => return of(2),
+        Channel::Alpha => return of(3),
+        Channel::AlphaOrBrightness if has_alpha => {
+            let alphas = of(3);
+            if alphas.iter().any(|&alpha| alpha != 255) {
+                return alphas;
+            }
+        }
+        Channel::AlphaOrBrightness | Channel::Brightness => {}
+    }
+    pixels.chunks_exact(4).map(|pixel| brightness(&pixel[..3])).collect()
 }
 
 fn brightness(pixel: &[u8]) -> u8 {
@@ -62,41 +105,69 @@ fn brightness(pixel: &[u8]) -> u8 {
 mod tests {
     use super::*;
     use glam::Vec2;
+    use image::ExtendedColorType;
 
-    fn image(colour: ColorType, pixels: &[u8]) -> Vec<u8> {
-        let mut bytes = Vec::new();
-        let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
-        encoder.set_color(colour);
-        let mut writer = encoder.write_header().unwrap();
-        writer.write_image_data(pixels).unwrap();
-        writer.finish().unwrap();
-        bytes
+    fn encoded(format: ImageFormat, colour: ExtendedColorType, pixels: &[u8]) -> Vec<u8> {
+        let mut bytes = Cursor::new(Vec::new());
+        image::write_buffer_with_format(&mut bytes, pixels, 2, 1, colour, format).unwrap();
+        bytes.into_inner()
+    }
+
+    fn left(bytes: &[u8], channel: Channel) -> Option<f32> {
+        let texture = decode(bytes, Some("tga"), channel).unwrap()?;
+        Some(texture.sample(Vec2::new(0.25, 0.5)))
     }
 
     #[test]
-    fn opacity_is_alpha_or_brightness() {
-        let left = |texture: Option<AlphaTexture>| texture.unwrap().sample(Vec2::new(0.25, 0.5));
-        let rgba = image(ColorType::Rgba, &[0, 0, 0, 51, 0, 0, 0, 255]);
-        assert_eq!(left(decode(&rgba, Channel::Alpha).unwrap()), 0.2);
-        assert_eq!(left(decode(&rgba, Channel::AlphaOrBrightness).unwrap()), 0.2);
-        let rgb = image(ColorType::Rgb, &[0, 51, 102, 255, 255, 255]);
-        assert_eq!(decode(&rgb, Channel::Alpha).unwrap(), None);
-        assert_eq!(left(decode(&rgb, Channel::AlphaOrBrightness).unwrap()), 0.2);
-        let opaque = image(ColorType::Rgba, &[255; 8]);
-        assert_eq!(decode(&opaque, Channel::Alpha).unwrap(), None);
-        assert_eq!(decode(&[0xff, 0xd8, 0xff, 0xe0], Channel::Alpha).unwrap(), None);
+    fn opacity_is_of_the_channel() {
+        let rgba = [102, 51, 0, 51, 0, 0, 0, 255];
+        for format in [ImageFormat::Png, ImageFormat::Tga, ImageFormat::Bmp, ImageFormat::WebP] {
+            let bytes = encoded(format, ExtendedColorType::Rgba8, &rgba);
+            for (channel, want) in [
+                (Channel::Alpha, 0.2),
+                (Channel::AlphaOrBrightness, 0.2),
+                (Channel::Brightness, 0.2),
+                (Channel::Red, 0.4),
+                (Channel::Green, 0.2),
+                (Channel::Blue, 0.0),
+            ] {
+                assert_eq!(left(&bytes, channel), Some(want), "{format:?} {channel:?}");
+            }
+        }
+        let rgb = encoded(ImageFormat::Png, ExtendedColorType::Rgb8, &[0, 51, 102, 255, 255, 255]);
+        assert_eq!(left(&rgb, Channel::Alpha), None);
+        assert_eq!(left(&rgb, Channel::AlphaOrBrightness), Some(0.2));
+        // An alpha that says nothing leaves the word to the colours.
+        let mask =
+            encoded(ImageFormat::Tga, ExtendedColorType::Rgba8, &[51, 51, 51, 255, 0, 0, 0, 255]);
+        assert_eq!(left(&mask, Channel::AlphaOrBrightness), Some(0.2));
+        let opaque = encoded(ImageFormat::Png, ExtendedColorType::Rgba8, &[255; 8]);
+        assert_eq!(left(&opaque, Channel::Alpha), None);
+        let grey = encoded(ImageFormat::Png, ExtendedColorType::L16, &[51, 51, 255, 255]);
+        assert_eq!(left(&grey, Channel::AlphaOrBrightness), Some(0.2));
+        let jpeg = encoded(ImageFormat::Jpeg, ExtendedColorType::L8, &[51, 51]);
+        let found = left(&jpeg, Channel::AlphaOrBrightness).unwrap();
+        assert!((found - 0.2).abs() < 0.01, "{found}");
+        assert_eq!(left(&jpeg, Channel::Alpha), None);
     }
 
     #[test]
     fn broken_images_are_refused() {
-        let whole = image(ColorType::Rgba, &[7; 8]);
-        for length in 0..whole.len() - 12 {
-            assert!(decode(&whole[..length], Channel::Alpha).is_err(), "{length} bytes");
+        let formats = [ImageFormat::Png, ImageFormat::Tga, ImageFormat::Bmp, ImageFormat::WebP];
+        for format in formats {
+            let whole = encoded(format, ExtendedColorType::Rgba8, &[7; 8]);
+            for length in 0..whole.len() {
+                // A checksum or a footer at the end may be missed or not.
+                let _ = decode(&whole[..length], Some("tga"), Channel::Alpha);
+            }
+            assert!(decode(&whole[..whole.len() / 2], Some("tga"), Channel::Alpha).is_err());
         }
-        assert!(decode(b"GIF89a", Channel::Alpha).is_err());
+        let error = decode(b"GIF89a", Some("gif"), Channel::Alpha).unwrap_err();
+        assert!(error.to_string().contains("must be a PNG, JPEG"), "{error}");
+        assert!(decode(b"no image", None, Channel::Alpha).is_err());
         // 2³¹ × 2³¹ pixels in 33 bytes.
-        let mut huge = whole;
+        let mut huge = encoded(ImageFormat::Png, ExtendedColorType::Rgba8, &[7; 8]);
         huge[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff, 0x7f, 0xff, 0xff, 0xff]);
-        assert!(decode(&huge, Channel::Alpha).is_err());
+        assert!(decode(&huge, None, Channel::Alpha).is_err());
     }
 }

@@ -8,13 +8,16 @@ mod hair;
 mod image;
 mod obj;
 mod ply;
+mod polygon;
 pub(crate) mod vdb;
+pub(crate) mod warnings;
 
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
 use self::vdb::choice::GridChoice;
+use self::warnings::Warnings;
 use crate::curves::Curves;
 use crate::error::{Error, Result};
 use crate::mesh::TriangleMesh;
@@ -27,26 +30,38 @@ pub(crate) const MAX_PRIMITIVES: u64 = 100_000_000;
 /// Reads a mesh: Wavefront `.obj`, Stanford `.ply` (text and binary, either
 /// byte order), `.gltf` and `.glb`, by the extension.
 ///
-/// Polygons become fans of triangles; points and lines are left out. Opacity
-/// comes from the dissolve (`d`, `Tr`, `map_d`) of an `.obj`'s materials, whose
-/// file may be missing, and from the alpha of a glTF's base colour where its
-/// material is a mask or blends. glTF nodes of the default scene are placed;
-/// skins, morph targets and animations are not applied.
+/// Polygons are cut into triangles that cover what they cover; points and lines are
+/// left out. Opacity comes from the dissolve (`d`, `Tr`, `map_d`) of an `.obj`'s
+/// materials, from the alpha of a `.ply`'s vertices, and from the alpha of a glTF's
+/// base colour, times that of its vertices, where its material is a mask or blends.
+/// glTF nodes of the default scene are placed, with their instances; meshes with
+/// skins and morph targets stand as at rest, and animations are not applied.
 ///
 /// # Errors
 ///
 /// [`Error::File`] with the cause: the file can't be read, isn't whole, isn't
-/// of its format, or has coordinates that no scene can have; an image is
-/// missing that the opacity needs.
+/// of its format, needs something that is not supported, or has coordinates that no
+/// scene can have; an image is missing that the opacity needs.
 pub fn load_mesh(path: &Path) -> Result<TriangleMesh> {
+    read_mesh(path, &mut Warnings::default())
+}
+
+/// As [`load_mesh`], with what there is to warn of.
+pub(crate) fn read_mesh(path: &Path, warnings: &mut Warnings) -> Result<TriangleMesh> {
     let expected = "a mesh is .obj, .ply, .gltf or .glb";
-    match extension(path).as_deref() {
-        Some("obj") => obj::load(path),
-        Some("ply") => ply::load(path),
-        Some("gltf" | "glb") => gltf::load(path),
+    let mut of_file = Warnings::default();
+    let mesh = match extension(path).as_deref() {
+        Some("obj") => obj::load(path, &mut of_file),
+        Some("ply") => ply::load(path, &mut of_file),
+        Some("gltf" | "glb") => gltf::load(path, &mut of_file),
         _ => Err(unknown(path, expected)),
+    };
+    let mesh = mesh.map_err(|error| error.in_file(path))?;
+    if mesh.triangles().is_empty() {
+        of_file.add("it has no surface");
     }
-    .map_err(|error| error.in_file(path))
+    warnings.add_of_file(path, of_file);
+    Ok(mesh)
 }
 
 /// Reads strands: Cem Yuksel's `.hair`.
@@ -82,7 +97,8 @@ pub fn load_volume(path: &Path, choice: Option<&GridChoice>) -> Result<Volume> {
     .map_err(|error| error.in_file(path))
 }
 
-/// Reads a shape of any kind, by the file's extension.
+/// Reads a shape of any kind, by the file's extension. [`open_scene`](crate::open_scene)
+/// does, too, and says what the file holds that was not understood.
 ///
 /// ```
 /// use dsm_scene::detail::load_shape;
@@ -100,10 +116,15 @@ pub fn load_volume(path: &Path, choice: Option<&GridChoice>) -> Result<Volume> {
 ///
 /// [`Error::File`] with the cause, as [`load_mesh`].
 pub fn load_shape(path: &Path) -> Result<Shape> {
+    read_shape(path, &mut Warnings::default())
+}
+
+/// As [`load_shape`], with what there is to warn of.
+pub(crate) fn read_shape(path: &Path, warnings: &mut Warnings) -> Result<Shape> {
     match extension(path).as_deref() {
         Some("hair") => load_curves(path).map(Shape::Curves),
         Some("vdb") => load_volume(path, None).map(Shape::Volume),
-        Some("obj" | "ply" | "gltf" | "glb") => load_mesh(path).map(Shape::Mesh),
+        Some("obj" | "ply" | "gltf" | "glb") => read_mesh(path, warnings).map(Shape::Mesh),
         _ => {
             let expected = "a model is .obj, .ply, .gltf, .glb, .hair or .vdb";
             Err(unknown(path, expected).in_file(path))

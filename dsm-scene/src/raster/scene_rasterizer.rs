@@ -7,7 +7,6 @@ use super::rasterizer::{Rasterizer, RasterizerBuilder};
 use super::rays::Rays;
 use super::segment::RaySegment;
 use super::triangle::RayTriangle;
-use crate::alpha::Alpha;
 use crate::curves::Curves;
 use crate::error::Result;
 use crate::hit_source::SceneHitSource;
@@ -122,7 +121,7 @@ fn add<T: Transmittance>(
             }
         }
         Shape::Mesh(mesh) => {
-            if !mesh.alphas().iter().all(Alpha::is_even) {
+            if !mesh.is_even() {
                 return false;
             }
             let materials = mesh.alphas().len().max(1) as u32;

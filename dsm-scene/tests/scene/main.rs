@@ -7,9 +7,13 @@
 )]
 
 mod builtin_scenes;
+mod cases;
+mod gltf_models;
 mod hits;
 mod hostile_files;
+mod light;
 mod media;
+mod models;
 mod real_files;
 mod scene_file;
 mod shadows;

@@ -11,6 +11,7 @@ use deepshadow::{BakeReport, bake};
 use serde::Serialize;
 
 use crate::args::Bake;
+use crate::output::print_warnings;
 use crate::output::progress::Watch;
 use crate::output::written::{Written, channels_name};
 use crate::parallel::with_threads;
@@ -19,6 +20,7 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
     let started = Instant::now();
     let scene = open_scene(&request.scene)?;
     let opened = started.elapsed();
+    print_warnings(scene.warnings());
     let report = with_threads(request.effort.threads, || {
         let name = request.scene.to_string_lossy();
         bake_scene(&scene, &name, request.settings.clone(), &request.output, request.quiet)
@@ -30,8 +32,9 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
         cut_pixels: report.cut_pixels,
         scene_s: opened.as_secs_f64(),
         bake_s: (started.elapsed() - opened).as_secs_f64(),
+        warnings: scene.warnings(),
     };
-    let Details { tolerance, samples, hits, cut_pixels, scene_s, bake_s } = details;
+    let Details { tolerance, samples, hits, cut_pixels, scene_s, bake_s, .. } = details;
     let [width, height] = request.settings.resolution;
     let [left, top, right, bottom] = request.settings.crop.unwrap_or([0, 0, width, height]);
     // 1 or 3.
@@ -56,7 +59,7 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
 
 /// The command's part of the JSON document.
 #[derive(Clone, Copy, Serialize)]
-struct Details {
+struct Details<'a> {
     tolerance: f32,
     samples: u64,
     /// Surfaces and stretches of media that the samples met.
@@ -66,6 +69,8 @@ struct Details {
     /// Seconds to open the scene.
     scene_s: f64,
     bake_s: f64,
+    /// What the scene's files hold that was not understood.
+    warnings: &'a [String],
 }
 
 /// Bakes a scene on the current pool, with a progress bar, until somebody

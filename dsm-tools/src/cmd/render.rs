@@ -18,7 +18,7 @@ use tempfile::TempDir;
 use super::bake::bake_scene;
 use crate::args::{Method, Render};
 use crate::output::progress::Watch;
-use crate::output::{picture, printable};
+use crate::output::{picture, print_warnings, printable};
 use crate::parallel::with_threads;
 
 /// Pixels of the map that is baked where none is given, their samples, and how
@@ -44,6 +44,8 @@ struct Report<'a> {
     map_s: f64,
     render_s: f64,
     compare: Option<Difference>,
+    /// What the scene's files hold that was not understood.
+    warnings: &'a [String],
 }
 
 /// The bias that was taken, in scene units.
@@ -77,6 +79,7 @@ pub(crate) fn run(request: &Render) -> Result<()> {
     with_threads(request.effort.threads, || {
         let started = Instant::now();
         let mut scene = open_scene(&request.scene)?;
+        print_warnings(scene.warnings());
         if let Some(size) = request.light_size {
             scene.light = scene.light.with_size(size.map(f64::from))?;
         }
@@ -105,6 +108,7 @@ pub(crate) fn run(request: &Render) -> Result<()> {
             map_s,
             render_s,
             compare,
+            warnings: scene.warnings(),
         };
         print(request, &report)
     })

@@ -38,6 +38,28 @@ fn pane(folder: &Folder) -> std::path::PathBuf {
 }
 
 #[test]
+fn what_a_model_says_that_is_not_understood_is_said() {
+    let folder = Folder::new();
+    folder.write("a.mtl", "newmtl m\nTr 1.000000\n");
+    let model = folder.write("a.obj", &format!("mtllib a.mtl\nusemtl m\n{OBJ}"));
+    let scene = folder.write("scene.toml", "[[object]]\nmesh = \"a.obj\"\n");
+    let (map, picture) = (folder.path("map.dsm"), folder.path("picture.png"));
+    let warning = "a.obj: material m: Tr 1 without d makes it invisible";
+    for scene in [&model, &scene] {
+        let told = run!("bake", scene, "-o", map, "--resolution", "8", "--quiet");
+        assert_eq!((told.code, told.stdout.as_str()), (0, ""), "{told:?}");
+        assert!(told.stderr.starts_with("warning: ") && told.stderr.contains(warning), "{told:?}");
+        assert_eq!(told.stderr.matches('\n').count(), 1, "{told:?}");
+    }
+    let told = run!("render", model, "-o", picture, "--resolution", "8x8", "--json");
+    let document: Value = serde_json::from_str(&told.stdout).unwrap();
+    assert!(document["warnings"][0].as_str().unwrap().contains(warning), "{told:?}");
+    assert!(told.stderr.starts_with("warning: "), "{told:?}");
+    let told = run!("bake", pane(&folder), "-o", map, "--resolution", "8", "--json").json();
+    assert_eq!(told["warnings"], json!([]));
+}
+
+#[test]
 fn a_scene_becomes_a_map_that_knows_where_it_came_from() {
     let folder = Folder::new();
     let (scene, map) = (pane(&folder), folder.path("map.dsm"));

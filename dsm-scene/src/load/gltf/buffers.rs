@@ -1,148 +1,129 @@
-//! The bytes that a glTF file's accessors, views and URIs stand for.
+//! The bytes that a glTF file's buffers, views and URIs stand for.
 
+use std::cell::RefCell;
+use std::collections::HashMap;
 use std::path::Path;
+use std::rc::Rc;
 
 use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
-use gltf::accessor::{DataType, Dimensions};
-use gltf::{Accessor, Document};
+use base64::engine::DecodePaddingMode;
+use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
 
 use super::at_place;
+use super::json::{Meshopt, Root};
+use super::meshopt;
 use crate::error::{Error, Place, Result};
 use crate::load::read_file;
 
-/// An accessor without data is all zeros; no more than these.
-const MAX_ZEROS: usize = 1 << 24;
+/// The usual alphabet, with or without padding.
+const BASE_64: GeneralPurpose = GeneralPurpose::new(
+    &base64::alphabet::STANDARD,
+    GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
+);
 
-/// The buffers of a file.
-pub(super) struct Buffers(Vec<Vec<u8>>);
+/// The buffers of a file, each read when it is first needed.
+pub(super) struct Buffers<'a> {
+    pub(super) root: &'a Root,
+    blob: Option<&'a [u8]>,
+    folder: &'a Path,
+    read: RefCell<HashMap<Source<'a>, Rc<[u8]>>>,
+}
 
-impl Buffers {
-    /// Loads all buffers; `blob` is the bytes in a GLB file.
-    pub(super) fn load(gltf: &Document, blob: Option<&[u8]>, folder: &Path) -> Result<Self> {
-        let load = |buffer: gltf::Buffer<'_>| {
-            let bytes = match buffer.source() {
-                // One chunk of bytes, for the first buffer: copies of it could be many.
-                gltf::buffer::Source::Bin => blob
-                    .filter(|_| buffer.index() == 0)
-                    .map(<[u8]>::to_vec)
-                    .ok_or_else(|| Error::malformed(Place::Whole, "has no bytes in the file"))?,
-                gltf::buffer::Source::Uri(uri) => load_uri(uri, folder)?,
-            };
-            if bytes.len() < buffer.length() {
-                let reason = format!("truncated: {} of {} bytes", bytes.len(), buffer.length());
-                return Err(Error::malformed(Place::Whole, reason));
-            }
-            Ok(bytes)
-        };
-        gltf.buffers()
-            .map(|buffer| {
-                let place = format!("buffer {}", buffer.index());
-                load(buffer).map_err(|error| at_place(error, &place))
-            })
-            .collect::<Result<_>>()
-            .map(Self)
-    }
+/// What was read: a buffer in the file, a file beside it, an unpacked view.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum Source<'a> {
+    Buffer(usize),
+    Uri(&'a str),
+    View(usize),
+}
 
-    /// The bytes of a view.
-    pub(super) fn view(&self, view: &gltf::buffer::View<'_>) -> Result<&[u8]> {
-        let buffer = self.0.get(view.buffer().index());
-        let end = view.offset().checked_add(view.length());
-        end.and_then(|end| buffer?.get(view.offset()..end)).ok_or_else(|| {
-            Error::malformed(Place::Whole, "a buffer view reaches over its buffer's end")
-        })
-    }
+/// A part of a buffer.
+#[derive(Clone)]
+pub(super) struct Bytes {
+    buffer: Rc<[u8]>,
+    begin: usize,
+    end: usize,
+}
 
-    /// The bytes of every element: `count` of them, `size` bytes each.
-    fn elements<'s>(
-        &'s self,
-        view: &gltf::buffer::View<'_>,
-        offset: usize,
-        size: usize,
-        count: usize,
-    ) -> Result<impl Iterator<Item = &'s [u8]> + use<'s>> {
-        let bytes = self.view(view)?;
-        let stride = view.stride().unwrap_or(size);
-        let last = count.saturating_sub(1).checked_mul(stride);
-        let end = last.and_then(|last| last.checked_add(size)?.checked_add(offset));
-        if stride < size || (count > 0 && end.is_none_or(|end| end > bytes.len())) {
-            let reason = "an accessor reaches over its buffer view's end";
-            return Err(Error::malformed(Place::Whole, reason));
-        }
-        Ok((0..count).map(move |index| &bytes[offset + index * stride..][..size]))
-    }
+impl std::ops::Deref for Bytes {
+    type Target = [u8];
 
-    /// The elements of an accessor with its sparse ones in place, each as
-    /// `decode` reads it.
-    fn values<T: Clone + Default>(
-        &self,
-        accessor: &Accessor<'_>,
-        decode: impl Fn(&[u8]) -> T,
-    ) -> Result<Vec<T>> {
-        let (count, size) = (accessor.count(), accessor.size());
-        let mut values: Vec<T> = match accessor.view() {
-            Some(view) => {
-                self.elements(&view, accessor.offset(), size, count)?.map(&decode).collect()
-            }
-            None if count <= MAX_ZEROS => vec![T::default(); count],
-            None => {
-                let limit = MAX_ZEROS as u64;
-                return Err(Error::TooLarge { what: "zeros", count: count as u64, limit });
-            }
-        };
-        if let Some(sparse) = accessor.sparse() {
-            let (indices, count) = (sparse.indices(), sparse.count());
-            let size_of_index = indices.index_type().size();
-            let places = self.elements(&indices.view(), indices.offset(), size_of_index, count)?;
-            let replaced = sparse.values();
-            let replaced = self.elements(&replaced.view(), replaced.offset(), size, count)?;
-            for (place, value) in places.zip(replaced) {
-                let Some(target) = values.get_mut(unsigned(place) as usize) else {
-                    let reason = "a sparse accessor's index is out of range";
-                    return Err(Error::malformed(Place::Whole, reason));
-                };
-                *target = decode(value);
-            }
-        }
-        Ok(values)
-    }
-
-    /// The elements of an accessor of `N` floats each.
-    pub(super) fn floats<const N: usize>(&self, accessor: &Accessor<'_>) -> Result<Vec<[f32; N]>> {
-        let dimensions = if N == 3 { Dimensions::Vec3 } else { Dimensions::Vec2 };
-        if accessor.dimensions() != dimensions {
-            return Err(Error::malformed(Place::Whole, "an accessor has the wrong dimension"));
-        }
-        let (size, part) = match accessor.data_type() {
-            DataType::F32 => (4, 1.0),
-            DataType::U8 if accessor.normalized() => (1, 1.0 / 255.0),
-            DataType::U16 if accessor.normalized() => (2, 1.0 / 65535.0),
-            _ => return Err(Error::malformed(Place::Whole, "an accessor has the wrong type")),
-        };
-        let float = |bytes: &[u8]| match bytes {
-            &[a, b, c, d] => f32::from_le_bytes([a, b, c, d]),
-            bytes => unsigned(bytes) as f32 * part,
-        };
-        let decode =
-            |bytes: &[u8]| std::array::from_fn(|at| float(&bytes[at * size..(at + 1) * size]));
-        // Arrays have a default up to a length only.
-        let values = self.values(accessor, |bytes| Some(decode(bytes)))?;
-        Ok(values.into_iter().map(|value| value.unwrap_or([0.0; N])).collect())
-    }
-
-    /// The elements of an accessor of whole numbers.
-    pub(super) fn indices(&self, accessor: &Accessor<'_>) -> Result<Vec<u32>> {
-        let integer = matches!(accessor.data_type(), DataType::U8 | DataType::U16 | DataType::U32);
-        if accessor.dimensions() != Dimensions::Scalar || !integer {
-            return Err(Error::malformed(Place::Whole, "indices must be integers"));
-        }
-        self.values(accessor, unsigned)
+    fn deref(&self) -> &[u8] {
+        &self.buffer[self.begin..self.end]
     }
 }
 
-/// A number of any number of bytes.
-pub(super) fn unsigned(bytes: &[u8]) -> u32 {
-    bytes.iter().rev().fold(0, |value, &byte| value << 8 | u32::from(byte))
+impl<'a> Buffers<'a> {
+    /// `blob` is the bytes in a GLB file.
+    pub(super) fn new(root: &'a Root, blob: Option<&'a [u8]>, folder: &'a Path) -> Self {
+        Self { root, blob, folder, read: RefCell::default() }
+    }
+
+    /// What a source holds: read once.
+    fn once(&self, source: Source<'a>, read: impl FnOnce() -> Result<Vec<u8>>) -> Result<Rc<[u8]>> {
+        if let Some(bytes) = self.read.borrow().get(&source) {
+            return Ok(Rc::clone(bytes));
+        }
+        let bytes: Rc<[u8]> = read()?.into();
+        self.read.borrow_mut().insert(source, Rc::clone(&bytes));
+        Ok(bytes)
+    }
+
+    /// A part of a buffer.
+    fn part(&self, index: usize, offset: usize, length: usize) -> Result<Bytes> {
+        let malformed = |reason: String| Error::malformed(Place::Whole, reason);
+        let Some(buffer) = self.root.buffers.get(index) else {
+            return Err(malformed(format!("no buffer {index}")));
+        };
+        let read = || match buffer.uri.as_deref() {
+            Some(uri) if uri.starts_with("data:") => {
+                self.once(Source::Buffer(index), || load_uri(uri, self.folder))
+            }
+            Some(uri) => self.once(Source::Uri(uri), || load_uri(uri, self.folder)),
+            None => self.once(Source::Buffer(index), || {
+                let blob = self.blob.filter(|_| index == 0);
+                blob.map(<[u8]>::to_vec)
+                    .ok_or_else(|| malformed("has no bytes in the file".to_owned()))
+            }),
+        };
+        let bytes = read().map_err(|error| at_place(error, &format!("buffer {index}")))?;
+        let stated = buffer.byte_length.0;
+        if bytes.len() < stated {
+            let reason = format!("buffer {index} is truncated: {} of {stated} bytes", bytes.len());
+            return Err(malformed(reason));
+        }
+        match offset.checked_add(length) {
+            Some(end) if end <= bytes.len() => Ok(Bytes { buffer: bytes, begin: offset, end }),
+            _ => Err(malformed("a buffer view reaches over its buffer's end".to_owned())),
+        }
+    }
+
+    /// The bytes of a view, unpacked, and the stride if the view has one.
+    pub(super) fn view(&self, index: usize) -> Result<(Bytes, Option<usize>)> {
+        let Some(view) = self.root.buffer_views.get(index) else {
+            return Err(Error::malformed(Place::Whole, format!("no buffer view {index}")));
+        };
+        let stride = view.byte_stride.map(|stride| stride.0);
+        let bytes = match &view.extensions.meshopt {
+            None => self.part(view.buffer.0, view.byte_offset.0, view.byte_length.0)?,
+            Some(packed) => {
+                let unpacked = self.once(Source::View(index), || {
+                    self.unpacked(packed)
+                        .map_err(|error| at_place(error, &format!("buffer view {index}")))
+                })?;
+                let end = unpacked.len();
+                Bytes { buffer: unpacked, begin: 0, end }
+            }
+        };
+        Ok((bytes, stride))
+    }
+
+    fn unpacked(&self, packed: &Meshopt) -> Result<Vec<u8>> {
+        let bytes = self.part(packed.buffer.0, packed.byte_offset.0, packed.byte_length.0)?;
+        let (count, stride) = (packed.count.0, packed.byte_stride.0);
+        meshopt::decode(&bytes, count, stride, &packed.mode, packed.filter.as_deref())
+            .map_err(|reason| Error::malformed(Place::Whole, reason))
+    }
 }
 
 /// The bytes that a URI stands for: data in base 64, or a file beside this one.
@@ -151,12 +132,12 @@ pub(super) fn load_uri(uri: &str, folder: &Path) -> Result<Vec<u8>> {
         let Some((_, text)) = data.split_once(";base64,") else {
             return Err(Error::malformed(Place::Whole, "a data URI must be in base64"));
         };
-        return STANDARD
+        return BASE_64
             .decode(text)
             .map_err(|error| Error::malformed(Place::Whole, format!("base64: {error}")));
     }
     if uri.contains("://") {
-        let reason = format!("{uri} is not a file next to this one");
+        let reason = format!("{uri:.100} is not a file next to this one");
         return Err(Error::malformed(Place::Whole, reason));
     }
     let path = folder.join(percent_decoded(uri));

@@ -1,92 +1,154 @@
 //! Opacity of glTF materials.
 
+use glam::{Affine2, Vec2};
+
+use super::buffers::{Buffers, load_uri};
+use super::json::{Material, Sampler, Texture, TextureInfo};
+use super::{at_place, malformed};
+use crate::alpha::{Alpha, AlphaMode, AlphaTexture, Wrap};
+use crate::error::{Place, Result};
+use crate::load::image::{Channel, decode};
+use crate::load::warnings::Warnings;
 use std::path::Path;
 
-use glam::{Affine2, Vec2};
-use gltf::json::texture::{MagFilter, WrappingMode};
-use gltf::material::AlphaMode as GltfAlphaMode;
-use gltf::{Document, Material};
-
-use super::at_place;
-use super::buffers::{Buffers, load_uri};
-use crate::alpha::{Alpha, AlphaMode, AlphaTexture, Wrap};
-use crate::error::{Error, Place, Result};
-use crate::load::image::{Channel, decode};
-
-/// The images of a file's materials.
-pub(super) struct Images<'a> {
-    pub(super) document: &'a Document,
-    pub(super) buffers: &'a Buffers,
+/// The materials of a file.
+pub(super) struct Materials<'a> {
+    pub(super) buffers: &'a Buffers<'a>,
     pub(super) folder: &'a Path,
 }
 
-impl Images<'_> {
-    /// The opacity that a material's base colour stands for. Its image is read
-    /// only if it matters.
-    pub(super) fn alpha(&self, material: &Material<'_>) -> Result<Alpha> {
-        let mode = match material.alpha_mode() {
-            GltfAlphaMode::Opaque => return Ok(Alpha::default()),
-            GltfAlphaMode::Mask => AlphaMode::Mask(material.alpha_cutoff().unwrap_or(0.5)),
-            GltfAlphaMode::Blend => AlphaMode::Blend,
+/// A material's opacity, and the set of texture coordinates of its texture.
+pub(super) struct Opacity {
+    pub(super) alpha: Alpha,
+    pub(super) uv_set: usize,
+}
+
+impl Materials<'_> {
+    /// The opacity that a material's base colour stands for. Its image is read only if
+    /// it matters.
+    pub(super) fn opacity(&self, index: Option<usize>, warnings: &mut Warnings) -> Result<Opacity> {
+        let opaque = Opacity { alpha: Alpha::default(), uv_set: 0 };
+        let Some(index) = index else { return Ok(opaque) };
+        let Some(material) = self.buffers.root.materials.get(index) else {
+            return Err(malformed(format!("no material {index}")));
         };
-        let colour = material.pbr_metallic_roughness();
-        let factor = colour.base_color_factor()[3];
-        let texture = match colour.base_color_texture() {
-            None => None,
-            Some(info) => {
-                let index = info.texture().source().index();
-                let texture = self.image(index)?;
-                texture.map(|texture| sampled(texture, &info))
+        let name = match &material.name {
+            Some(name) => format!("material {index} ({name:.60})"),
+            None => format!("material {index}"),
+        };
+        warn_of_transmission(material, &name, warnings);
+        let mode = match material.alpha_mode.as_deref() {
+            None | Some("OPAQUE") => return Ok(opaque),
+            Some("MASK") => AlphaMode::Mask(material.alpha_cutoff.unwrap_or(0.5)),
+            Some("BLEND") => AlphaMode::Blend,
+            Some(mode) => {
+                warnings.add(format!("{name}: alpha mode {mode:.20} is not known: it is opaque"));
+                return Ok(opaque);
             }
         };
-        Ok(Alpha { mode, factor, texture })
+        let colour = &material.pbr_metallic_roughness;
+        let (factor, texture) = match &material.extensions.specular_glossiness {
+            Some(colour) => (colour.diffuse_factor, &colour.diffuse_texture),
+            None => (colour.base_color_factor, &colour.base_color_texture),
+        };
+        let factor = factor.map_or(1.0, |[_, _, _, alpha]| alpha);
+        let Some(info) = texture else {
+            return Ok(Opacity { alpha: Alpha { mode, factor, texture: None }, uv_set: 0 });
+        };
+        let texture = self
+            .texture(info, &name, warnings)
+            .map_err(|error| at_place(error, &name))?
+            .map(|(texture, sampler)| sampled(texture, info, sampler));
+        let transform = info.extensions.transform.as_ref();
+        let moved = transform.and_then(|transform| transform.tex_coord);
+        let uv_set = moved.unwrap_or(info.tex_coord).0;
+        Ok(Opacity { alpha: Alpha { mode, factor, texture }, uv_set })
+    }
+
+    /// The alpha of a texture and its sampler; `None` if it is opaque.
+    fn texture(
+        &self,
+        info: &TextureInfo,
+        material: &str,
+        warnings: &mut Warnings,
+    ) -> Result<Option<(AlphaTexture, Option<&Sampler>)>> {
+        let root = self.buffers.root;
+        let Some(texture) = root.textures.get(info.index.0) else {
+            return Err(malformed(format!("no texture {}", info.index.0)));
+        };
+        let Some(image) = source(texture) else {
+            let what = format!("texture {}", info.index.0);
+            warnings.add(format!("{material}: {what} has no image: its alpha is taken for 1"));
+            return Ok(None);
+        };
+        let sampler = match texture.sampler {
+            None => None,
+            Some(index) => Some(
+                root.samplers
+                    .get(index.0)
+                    .ok_or_else(|| malformed(format!("no sampler {}", index.0)))?,
+            ),
+        };
+        Ok(self.image(image)?.map(|texture| (texture, sampler)))
     }
 
     fn image(&self, index: usize) -> Result<Option<AlphaTexture>> {
-        let place = || Place::Named(format!("image {index}"));
-        let image = self.document.as_json().images.get(index);
-        let uri = image.and_then(|image| image.uri.as_deref());
-        let view = image.and_then(|image| image.buffer_view);
-        match (uri, view.and_then(|view| self.document.views().nth(view.value()))) {
-            (_, Some(view)) => {
-                let bytes = self
-                    .buffers
-                    .view(&view)
-                    .map_err(|error| at_place(error, &place().to_string()))?;
-                decode(bytes, Channel::Alpha)
+        let Some(image) = self.buffers.root.images.get(index) else {
+            return Err(malformed(format!("no image {index}")));
+        };
+        match (image.buffer_view, &image.uri) {
+            (Some(view), _) => self
+                .buffers
+                .view(view.0)
+                .and_then(|(bytes, _)| decode(&bytes, None, Channel::Alpha)),
+            (None, Some(uri)) => {
+                load_uri(uri, self.folder).and_then(|bytes| decode(&bytes, None, Channel::Alpha))
             }
-            (Some(uri), None) => decode(&load_uri(uri, self.folder)?, Channel::Alpha),
-            (None, None) => Err(Error::malformed(Place::Whole, "missing image")),
+            (None, None) => Err(malformed("it has neither a URI nor a view".to_owned())),
         }
-        .map_err(|error| at_place(error, &place().to_string()))
+        .map_err(|error| at_place(error, &Place::Named(format!("image {index}")).to_string()))
     }
 }
 
-/// The set of texture coordinates of the base colour.
-pub(super) fn uv_set(material: &Material<'_>) -> u32 {
-    let colour = material.pbr_metallic_roughness();
-    colour.base_color_texture().map_or(0, |info| {
-        let moved = info.texture_transform().and_then(|transform| transform.tex_coord());
-        moved.unwrap_or_else(|| info.tex_coord())
-    })
+/// The image of a texture: one that is read, if there are several.
+fn source(texture: &Texture) -> Option<usize> {
+    let others = &texture.extensions;
+    let others = [&others.webp, &others.basis, &others.avif, &others.dds];
+    let mut others = others.into_iter().filter_map(|other| other.as_ref()?.source);
+    texture.source.or_else(|| others.next()).map(|image| image.0)
 }
 
-fn sampled(mut texture: AlphaTexture, info: &gltf::texture::Info<'_>) -> AlphaTexture {
-    let sampler = info.texture().sampler();
-    texture.wrap = [sampler.wrap_s(), sampler.wrap_t()].map(|wrap| match wrap {
-        WrappingMode::ClampToEdge => Wrap::Clamp,
-        WrappingMode::MirroredRepeat => Wrap::Mirror,
-        WrappingMode::Repeat => Wrap::Repeat,
-    });
-    texture.nearest = sampler.mag_filter() == Some(MagFilter::Nearest);
-    if let Some(transform) = info.texture_transform() {
-        let scale = Vec2::from(transform.scale());
-        let (sin, cos) = libm::sincosf(transform.rotation());
+fn warn_of_transmission(material: &Material, name: &str, warnings: &mut Warnings) {
+    let extensions = &material.extensions;
+    let through = extensions.transmission.as_ref().map_or(0.0, |at| at.transmission_factor);
+    let diffuse =
+        extensions.diffuse_transmission.as_ref().map_or(0.0, |at| at.diffuse_transmission_factor);
+    if through > 0.0 || diffuse > 0.0 {
+        warnings.add(format!(
+            "{name}: transmission does not count: it blocks the light that its alpha says"
+        ));
+    }
+}
+
+fn sampled(
+    mut texture: AlphaTexture,
+    info: &TextureInfo,
+    sampler: Option<&Sampler>,
+) -> AlphaTexture {
+    if let Some(sampler) = sampler {
+        texture.wrap = [sampler.wrap_s, sampler.wrap_t].map(|wrap| match wrap.map(|at| at.0) {
+            Some(33071) => Wrap::Clamp,
+            Some(33648) => Wrap::Mirror,
+            _ => Wrap::Repeat,
+        });
+        texture.nearest = sampler.mag_filter.is_some_and(|filter| filter.0 == 9728);
+    }
+    if let Some(transform) = &info.extensions.transform {
+        let (sin, cos) = libm::sincosf(transform.rotation);
         // Counterclockwise where v goes down.
         let rotation = glam::Mat2::from_cols(Vec2::new(cos, -sin), Vec2::new(sin, cos));
-        let matrix = rotation * glam::Mat2::from_diagonal(scale);
-        texture.uv_transform =
-            Affine2::from_mat2_translation(matrix, Vec2::from(transform.offset()));
+        let matrix = rotation * glam::Mat2::from_diagonal(Vec2::from(transform.scale));
+        texture.uv_transform = Affine2::from_mat2_translation(matrix, Vec2::from(transform.offset));
     }
     texture
 }
