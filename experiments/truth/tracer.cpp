@@ -57,7 +57,8 @@ struct Geometry {
     bool strands = false;
     std::vector<uint32_t> indices;  // of triangles, for texture coordinates
     std::vector<float> uvs;
-    std::vector<uint32_t> strand;  // of segments: which strand
+    std::vector<uint32_t> strand;        // of segments: which strand
+    std::vector<float> begin, end;       // of segments: where along it
     float radius = 0;
     int mode = OPAQUE;
     float cutoff = 0.5f, factor = 1;
@@ -84,6 +85,8 @@ struct Scene {
     RTCDevice device;
     RTCScene scene;
     std::vector<std::unique_ptr<Geometry>> geometries;
+    // Embree drops hits of any ribbon within twice its radius of a ray's origin: so far back rays begin.
+    double back = 0;
 };
 
 struct Crossing {
@@ -103,17 +106,19 @@ struct RayContext : RTCIntersectContext {
     double left[3];
     // Segments of its own strand, or -1: what the receiver lies on.
     int own_geometry, own_first, own_last;
-    float length;
+    float start;  // what lies before does not count
     std::vector<Crossing> crossings;
     std::vector<Hit>* hits;  // of camera rays: all of them, instead of the light
 };
 
-// True if the neighbouring segment of the strand was counted for this crossing already.
+// True if a segment beside this one was counted for the same crossing: no more than two widths away along the strand
+// and along the ray. Ends of segments are round, so that several may reach over one place.
 bool counted(RayContext& context, const Geometry& geometry, unsigned id, unsigned primitive, float t) {
+    const float near = 4 * geometry.radius;
     for (const Crossing& other : context.crossings) {
-        const unsigned apart = other.primitive > primitive ? other.primitive - primitive : primitive - other.primitive;
-        if (other.geometry == id && apart == 1 && geometry.strand[other.primitive] == geometry.strand[primitive] &&
-            std::fabs(other.t - t) * context.length < 4 * geometry.radius) {
+        if (other.geometry != id || geometry.strand[other.primitive] != geometry.strand[primitive]) continue;
+        const unsigned first = std::min(primitive, other.primitive), last = std::max(primitive, other.primitive);
+        if (geometry.begin[last] - geometry.end[first] < near && std::fabs(other.t - t) < near) {
             return true;
         }
     }
@@ -131,6 +136,7 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
         return;
     }
     const float t = RTCRayN_tfar(arguments->ray, 1, 0);
+    if (t <= context.start) return;
     if (geometry.strands && counted(context, geometry, id, primitive, t)) return;
     const double alpha =
         geometry.alpha(primitive, RTCHitN_u(arguments->hit, 1, 0), RTCHitN_v(arguments->hit, 1, 0));
@@ -191,13 +197,14 @@ struct Light {
 };
 
 void transmittance(const Scene& scene, RayContext& context, V3 from, V3 to) {
-    const V3 d = to - from;
+    const V3 d = (to - from).unit();
+    const V3 origin = from - d * scene.back;
     RTCRay ray{};
-    ray.org_x = float(from.x), ray.org_y = float(from.y), ray.org_z = float(from.z);
+    ray.org_x = float(origin.x), ray.org_y = float(origin.y), ray.org_z = float(origin.z);
     ray.dir_x = float(d.x), ray.dir_y = float(d.y), ray.dir_z = float(d.z);
-    ray.tnear = 0, ray.tfar = 1, ray.mask = ~0u;
+    ray.tnear = 0, ray.tfar = float((to - origin).dot(d)), ray.mask = ~0u;
     context.left[0] = context.left[1] = context.left[2] = 1;
-    context.length = float(std::sqrt(d.dot(d)));
+    context.start = float(scene.back);
     context.crossings.clear();
     context.hits = nullptr;
     rtcOccluded1(scene.scene, &context, &ray);
@@ -293,6 +300,14 @@ void truth_add_strands(Scene* scene, uint32_t points, const float* positions, ui
     own->strands = true;
     own->radius = radius;
     own->strand.assign(strand, strand + segments);
+    scene->back = std::max(scene->back, 4.0 * radius);
+    float along = 0;
+    for (uint32_t i = 0; i < segments; i++) {
+        const float *a = positions + 4 * size_t(first[i]), *b = a + 4;
+        own->begin.push_back(along);
+        along += std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
+        own->end.push_back(along);
+    }
     add(*scene, geometry, own);
 }
 
@@ -348,7 +363,7 @@ void truth_picture(const Scene* scene, int shape, const double* light_numbers, c
                 hits.clear();
                 context.hits = &hits;
                 context.own_geometry = -1;
-                context.length = 1;
+                context.start = 0;
                 context.crossings.clear();
                 rtcOccluded1(scene->scene, &context, &ray);
                 std::sort(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) { return a.t < b.t; });
