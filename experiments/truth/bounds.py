@@ -48,12 +48,16 @@ def counts(row):
     return row["default"] or row["ask"] == "peers"
 
 
+def errors(rows):
+    return [row for row in rows if "rmse" in row]
+
+
 def check(rows):
     """Prints every row above its bound; true if there are none."""
     recorded = json.loads(RECORD.read_text())
     passed = True
     misses = 0
-    for row in rows:
+    for row in errors(rows):
         rmse, mean = asked(row)
         if name(row) in recorded:
             rmse, known = recorded[name(row)]
@@ -73,7 +77,7 @@ def check(rows):
 def record(rows):
     """Writes what is reached where that is not what is asked, and of all other methods."""
     bounds = {}
-    for row in rows:
+    for row in errors(rows):
         if counts(row) and excess(row, *asked(row)) or not counts(row) and row["receivers"] == study.ALL:
             room = [round(abs(row[key]) * (1 + ROOM) + NOISE, 4) for key in ("rmse", "mean")]
             bounds[name(row)] = [max(room[0], asked(row)[0]) if counts(row) else room[0], room[1]]
@@ -83,6 +87,6 @@ def record(rows):
 
 def report(rows):
     """Prints the rows above what is asked."""
-    for row in rows:
+    for row in errors(rows):
         if counts(row) and (words := excess(row, *asked(row))):
             print(f"above what is asked: {name(row)}: {words}")

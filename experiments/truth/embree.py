@@ -3,6 +3,7 @@
 import ctypes
 import os
 import subprocess
+import time
 from pathlib import Path
 
 import numpy as np
@@ -49,7 +50,9 @@ class Truth:
                 self._add_mesh(geometry)
             elif isinstance(geometry, Strands):
                 self._add_strands(geometry)
+        start = time.monotonic()
         library.truth_commit(self.scene)
+        self.build_seconds = time.monotonic() - start
 
     def __enter__(self):
         return self

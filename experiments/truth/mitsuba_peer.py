@@ -13,8 +13,8 @@ from geometry import MASK, Mesh, Strands, Volume, unit
 
 # Rays at once.
 WAVE = 1 << 21
-# How many times finer masks are laid out than their texture: Mitsuba has no cutoff.
-FINER = 8
+# Masks are laid out finer than their texture, as Mitsuba has no cutoff: so many times, and up to this width.
+FINER, WIDEST = 8, 4096
 
 
 def import_mitsuba():
@@ -55,9 +55,10 @@ class Peer:
         material = mesh.material
         if material.mode == MASK and material.alpha is not None:
             height, width = material.alpha.shape
-            v, u = (np.mgrid[0 : height * FINER, 0 : width * FINER] + 0.5) / [[[height * FINER]], [[width * FINER]]]
-            mask = material.at(np.stack([u.ravel(), v.ravel()], -1)).reshape(u.shape)
-            bitmap = mi.Bitmap(mask.astype("f4")[:, :, None])
+            finer = max(1, min(FINER, WIDEST // width))
+            u, v = ((np.arange(side * finer) + 0.5) / (side * finer) for side in (width, height))
+            rows = [material.at(np.stack([u, np.full(len(u), row)], -1)) for row in v]
+            bitmap = mi.Bitmap(np.array(rows, "f4")[:, :, None])
             opacity = {"type": "bitmap", "bitmap": bitmap, "raw": True, "filter_type": "nearest"}
         elif len(set(mesh.opacity)) > 1:
             raise ValueError("coloured opacities: Mitsuba's masks are grey")

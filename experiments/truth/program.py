@@ -20,15 +20,15 @@ class Program:
     def __init__(self, path):
         self.path = Path(path)
 
-    def run(self, *arguments, stdin=None):
+    def run(self, *arguments):
         command = [str(self.path), *(str(argument) for argument in arguments)]
-        done = subprocess.run(command, capture_output=True, text=True, input=stdin)
+        done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode:
             raise Failed(f"{' '.join(command)}: exit code {done.returncode}: {done.stderr.strip()}")
-        return done.stdout
+        return done
 
     def version(self):
-        return self.run("--version").strip()
+        return self.run("--version").stdout.strip()
 
     def bake(self, scene, output, kind):
         """Bakes a map; the seconds that took."""
@@ -37,17 +37,20 @@ class Program:
         return time.monotonic() - start
 
     def lookup(self, map, points, method, channels):
-        """The shadow factors at points of the world, (n, 3)."""
+        """The shadow factors at points of the world, (n, 3), and million rays a second."""
         table = Path(map).with_suffix(".csv")
         with table.open("w") as file:
             file.write("x,y,z\n")
             file.writelines(f"{x!r},{y!r},{z!r}\n" for x, y, z in points.tolist())
-        answer = self.run("lookup", map, "--points", table, "--method", method, "--quiet")
-        rows = list(csv.reader(io.StringIO(answer)))[1:]
+        done = self.run("lookup", map, "--points", table, "--method", method, "--quiet", "--stats")
+        rows = list(csv.reader(io.StringIO(done.stdout)))[1:]
+        stats = next(json.loads(line) for line in done.stderr.splitlines() if line.startswith("{"))
         values = np.array(rows, float)
         if len(values) != len(points):
             raise Failed(f"{len(values)} answers for {len(points)} points")
-        return np.broadcast_to(values, (len(values), 3)) if channels == 1 or values.shape[1] == 1 else values
+        if values.shape[1] != channels:
+            raise Failed(f"{values.shape[1]} channels for {channels}")
+        return np.broadcast_to(values, (len(values), 3)), stats["rays"] / stats["lookup_s"] / 1e6
 
     def render(self, scene, output, method, seed):
         """A picture's shadow factors, (height, width, 3)."""

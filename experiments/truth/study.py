@@ -1,6 +1,7 @@
 """The comparison itself: every scene in every way, by every kind of map and method."""
 
 import tempfile
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -65,7 +66,9 @@ class Study:
         with Truth(self.library, geometries, self.threads) as embree:
             yield from self._variants(scene, variants, every_method, truths, embree, self.effort.side)
             if picture:
-                yield from self._pictures(scene, embree)
+                for variant in every_method:
+                    yield from self._pictures(scene, variant, embree)
+                yield self._embree_speed(scene, embree)
             if check:
                 yield from self._second_opinion(scene, embree)
 
@@ -93,8 +96,8 @@ class Study:
             for kind, method in methods:
                 if kind not in maps:
                     maps[kind] = Path(folder) / f"{kind}.dsm"
-                    self.program.bake(file, maps[kind], kind)
-                answers = self.program.lookup(maps[kind], moved, method, scene.channels())
+                    baked = self.program.bake(file, maps[kind], kind)
+                answers, rate = self.program.lookup(maps[kind], moved, method, scene.channels())
                 rows = list(kinds_of(receivers, answers, halves))
                 self.say(f"{scene.name}, {variant.name}, {kind} {method}: {rows[0][1].rmse:.4f}")
                 for name, own in rows:
@@ -102,21 +105,32 @@ class Study:
                         "scene": scene.name, "variant": variant.name, "ask": "lookup", "kind": kind, "method": method,
                         "default": (kind, method) == traced(scene), "receivers": name, **own.as_json(),
                     }  # fmt: skip
+                if variant == scenes.BASE and (kind, method) == traced(scene):
+                    yield speed(scene, kind, rate, baked)
 
-    def _pictures(self, scene, embree):
+    def _pictures(self, scene, variant, embree):
+        light = variant.light(scene.light)
         # Far less than what the program leaves a surface by, and more than single precision loses.
-        halves = embree.picture(scene.light, scene.camera, self.effort.picture, 2.0**-13, 9).reshape(-1, 2, 3)
+        halves = embree.picture(light, scene.camera, self.effort.picture, 2.0**-13, 9).reshape(-1, 2, 3)
         with tempfile.TemporaryDirectory() as folder:
-            file = write_scene(folder, scene, scene.light, scenes.BASE)
+            file = write_scene(folder, scene, light, variant)
             for method in PICTURES:
                 path = Path(folder) / "picture.exr"
                 own = np.stack([self.program.render(file, path, method, seed).reshape(-1, 3) for seed in (1, 2)], 1)
                 found = error(own.mean(1), halves, own)
-                self.say(f"{scene.name}, render {method}: {found.rmse:.4f}")
+                self.say(f"{scene.name}, {variant.name}, render {method}: {found.rmse:.4f}")
                 yield {
-                    "scene": scene.name, "variant": scenes.BASE.name, "ask": "render", "kind": "", "method": method,
+                    "scene": scene.name, "variant": variant.name, "ask": "render", "kind": "", "method": method,
                     "default": method == "trace", "receivers": ALL, **found.as_json(),
                 }  # fmt: skip
+
+    def _embree_speed(self, scene, embree):
+        receivers = draw(scene, scene.light, self.effort.receivers)
+        points, own = (np.concatenate([getattr(r, name) for r in receivers]) for name in ("points", "own"))
+        start = time.monotonic()
+        embree.visibility(scene.light, points, own, self.effort.side, 7)
+        rays = 2 * self.effort.side**2 * len(points)
+        return speed(scene, "embree", rays / (time.monotonic() - start) / 1e6, embree.build_seconds)
 
     def _second_opinion(self, scene, embree):
         """Mitsuba against Embree, where Mitsuba has what the scene has."""
@@ -136,6 +150,14 @@ class Study:
             "scene": scene.name, "variant": scenes.BASE.name, "ask": "peers", "kind": "", "method": "mitsuba",
             "default": False, "receivers": ALL, **found.as_json(),
         }  # fmt: skip
+
+
+def speed(scene, kind, rate, built):
+    """Million rays a second on all threads, and seconds to build what is traced."""
+    return {
+        "scene": scene.name, "variant": scenes.BASE.name, "ask": "speed", "kind": kind, "method": "trace",
+        "default": False, "receivers": ALL, "rate": round(rate, 3), "built": round(built, 3),
+    }  # fmt: skip
 
 
 def visibility(peer, light, points, own, side, seed):

@@ -64,6 +64,23 @@ def measure(options, program, library):
     return rows
 
 
+def write(path, document):
+    """All rows as lists of values, one a line, under the names of their columns."""
+    rows = document["rows"]
+    columns = list(dict.fromkeys(key for row in rows for key in row))
+    head = json.dumps({**document, "columns": columns, "rows": None}, ensure_ascii=False)
+    lines = ",\n".join(json.dumps([row.get(key) for key in columns], ensure_ascii=False) for row in rows)
+    Path(path).write_text(head.replace('"rows": null', f'"rows": [\n{lines}\n]') + "\n")
+
+
+def read(path):
+    document = json.loads(Path(path).read_text())
+    columns = document.pop("columns")
+    lines = [dict(zip(columns, line, strict=True)) for line in document["rows"]]
+    document["rows"] = [{key: value for key, value in line.items() if value is not None} for line in lines]
+    return document
+
+
 def run(options):
     start = time.monotonic()
     program = Program(options.tools)
@@ -75,14 +92,12 @@ def run(options):
 def main():
     options = arguments()
     if options.rows:
-        document = json.loads(Path(options.rows).read_text())
+        document = read(options.rows)
     else:
         document = run(options)
     rows = document["rows"]
     if options.json:
-        lines = ",\n".join(json.dumps(row, ensure_ascii=False) for row in rows)
-        rest = json.dumps({key: value for key, value in document.items() if key != "rows"})
-        Path(options.json).write_text(f'{rest[:-1]}, "rows": [\n{lines}\n]}}\n')
+        write(options.json, document)
     if options.page:
         Path(options.page).write_text(page.page(document, list(chosen_scenes(options))))
     print(f"{len(rows)} rows in {document['seconds']} s")
