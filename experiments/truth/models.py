@@ -189,7 +189,8 @@ def glass():
         angle = number * 1.1
         right = np.array([np.cos(angle), 0.35 * np.sin(angle), np.sin(angle)]) * 0.6
         up = np.array([-np.sin(angle), 0.4, np.cos(angle)]) * 0.6
-        made.append(quads([quad((0.2 * np.cos(angle), 0.18 * number - 0.5, 0.2 * np.sin(angle)), right, up)], opacity=colour))
+        centre = (0.2 * np.cos(angle), 0.18 * number - 0.5, 0.2 * np.sin(angle))
+        made.append(quads([quad(centre, right, up)], opacity=colour))
     return made
 
 

@@ -144,8 +144,8 @@ def page(document, described):
         "## Every kind of map and method, over all\n",
         "*filter* answers the light of a point, *pcf* one of its size. The light as it is:\n",
         by_method(rows, scenes.BASE.name),
-        "The light × 0.1. `lookup` knows nothing of what a point lies on, and its filters take no bias of their own: most of\n"
-        "their error is surfaces that shade themselves. Pictures, below, have the automatic bias.\n",
+        "The light × 0.1. `lookup` knows nothing of what a point lies on, and its filters take no bias of their own:\n"
+        "most of their error is surfaces that shade themselves. Pictures, below, have the automatic bias.\n",
         by_method(rows, scenes.SMALL_LIGHT.name),
         "## Pictures\n",
         "`render --factor` at 96 × 72 pixels, by every method, two seeds, whose noise is taken off too:\n",
@@ -153,8 +153,8 @@ def page(document, described):
         "The light × 0.1:\n",
         pictures(rows, scenes.SMALL_LIGHT.name),
         "## Rays a second\n",
-        "Of the same receivers, all threads, single rays of Embree with a filter function; the seconds of a bake are those\n"
-        "of the whole command, with the scene read. While other work ran on the machine: ratios are rough.\n",
+        "Of the same receivers, all threads, single rays of Embree with a filter function; the seconds of a bake are\n"
+        "those of the whole command, with the scene read. While other work ran on the machine: ratios are rough.\n",
         speeds(rows),
         "## The tracers against each other\n",
         "Mitsuba against Embree on the same receivers, where Mitsuba has what a scene has (no flat ribbons, no coloured\n"

@@ -93,6 +93,12 @@ class Tracer(unittest.TestCase):
         self.assertTrue((geometry == 0).all() and ((last - first) <= 2).all() and (first < last).all())
         self.assertTrue((strand[first] == strand[last]).all())
 
+    def test_what_lies_behind_a_receiver_does_not_shade_it(self):
+        # Where there are strands, rays begin behind the receiver.
+        card = models.quads([models.quad((0, -0.01, 0), (2, 0, 0), (0, 0, -2))])
+        aside = Strands(np.array([[5, 0, 0], [6, 0, 0]], "f4"), np.array([2]), 0.2)
+        np.testing.assert_allclose(self.light_at([card, aside], (0, 0, 0)), 1.0)
+
     def test_a_picture_has_the_light_that_lookups_have(self):
         ground = models.ground()
         card = models.quads([models.quad((-2, 0, 0), (2, 0, 0), (0, 0, -2))])
@@ -149,7 +155,9 @@ class Files(unittest.TestCase):
         np.testing.assert_allclose(mesh.material.alpha, leaves.material.alpha, atol=1e-6)
         knot = models.knot(20, 8)
         files.write_obj(self.path / "a.obj", knot)
-        np.testing.assert_array_equal(files.read_obj(self.path / "a.obj").positions, knot.positions)
+        read = files.read_obj(self.path / "a.obj")
+        np.testing.assert_array_equal(read.positions, knot.positions)
+        np.testing.assert_array_equal(read.triangles, knot.triangles)
         values = models.cloud(16)
         vdb.write(self.path / "a.vdb", values, 0.25)
         read, origin, voxel = vdb.read(self.path / "a.vdb")
