@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use dsm_core::{HitSource, PixelSampling, Projection, TileHits, TileSamples, View};
-use dsm_scene::{LightOutline, Result, SceneRasterizer, open_scene};
+use dsm_core::{HitSource, LightExtent, PixelSampling, Projection, TileHits, TileSamples, View};
+use dsm_scene::detail::Result;
+use dsm_scene::{SceneRasterizer, open_scene};
 use glam::DVec3;
 
 const SIDE: u32 = 32;
@@ -29,7 +30,7 @@ pub(crate) fn stopped_by(path: &Path) -> Result<Stopped> {
     let mut scene = open_scene(path)?;
     scene.light.view = View { eye: DVec3::Z * 5.0, target: DVec3::ZERO, up: DVec3::Y };
     scene.light.projection = Projection::Orthographic { extent: 2.0 };
-    scene.light.outline = LightOutline::Point;
+    scene.light.extent = LightExtent::POINT;
     let raster = scene.light.raster([SIDE; 2])?;
     let source = SceneRasterizer::<f32>::new(&scene, raster)?;
     let sampling = PixelSampling::new(SAMPLES, 1)?;
