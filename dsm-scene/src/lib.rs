@@ -40,7 +40,7 @@ pub use alpha::{Alpha, AlphaMode, AlphaTexture, Wrap};
 pub use builtin::{BUILTIN_SCENES, builtin_scene};
 pub use curves::Curves;
 pub use error::{Error, Result};
-pub use file::open_scene;
+pub use file::{SceneOptions, open_scene, open_scene_with};
 pub use hit_source::SceneHitSource;
 pub use load::load_shape;
 pub use load::vdb::choice::GridChoice;
@@ -60,6 +60,7 @@ pub use volume::{Volume, VolumeBuilder};
 pub mod detail {
     pub use crate::bounds::Bounds;
     pub use crate::error::Place;
+    pub use crate::load::vdb::volume_from_bytes;
     pub use crate::load::{load_curves, load_mesh, load_volume};
     pub use crate::raster::rasterizer::{Rasterizer, RasterizerBuilder};
     pub use crate::raster::segment::Segment;

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use deepshadow::files::Attribute;
-use deepshadow::scene::{Scene, open_scene};
+use deepshadow::scene::{Scene, open_scene_with};
 use deepshadow::{BakeReport, Progress, bake};
 use serde::Serialize;
 
@@ -16,7 +16,7 @@ use crate::parallel::with_threads;
 
 pub(crate) fn run(request: &Bake) -> Result<()> {
     let started = Instant::now();
-    let scene = open_scene(&request.scene)?;
+    let scene = open_scene_with(&request.scene, &request.scene_options)?;
     let opened = started.elapsed();
     let report = with_threads(request.effort.threads, || {
         let name = request.scene.to_string_lossy();
@@ -36,6 +36,12 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
     // 1 or 3.
     let channels = report.channels as u8;
     let cut = format!("{cut_pixels} pixels have more layers than --layers keeps");
+    let tile = request.settings.tile_size;
+    let smaller = report.smaller_tiles.map(|size| {
+        format!(
+            "tiles of {size} × {size} pixels: readers would not accept what {tile} × {tile} hold"
+        )
+    });
     Written {
         output: &request.output,
         width: right - left,
@@ -43,7 +49,7 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
         channels,
         bytes: report.bytes,
         details,
-        notes: if cut_pixels > 0 { vec![cut] } else { Vec::new() },
+        notes: (cut_pixels > 0).then_some(cut).into_iter().chain(smaller).collect(),
         summary: format!("{}, tolerance {tolerance}", channels_name(channels)),
         lines: vec![
             format!("{samples} samples met {hits} surfaces and stretches of media"),

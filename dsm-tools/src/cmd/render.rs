@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use deepshadow::scene::{
-    Image, ImageDifference, RenderSettings, Renderer, Scene, TracedScene, open_scene,
+    Image, ImageDifference, RenderSettings, Renderer, Scene, TracedScene, open_scene_with,
 };
 use deepshadow::{
     Bias, BiasSummary, Kind, LevelChoice, Method as MapMethod, PlainShadow, Query, Shadow,
@@ -77,7 +77,7 @@ impl From<ImageDifference> for Difference {
 pub(crate) fn run(request: &Render) -> Result<()> {
     with_threads(request.effort.threads, || {
         let started = Instant::now();
-        let mut scene = open_scene(&request.scene)?;
+        let mut scene = open_scene_with(&request.scene, &request.scene_options)?;
         if let Some(size) = request.light_size {
             scene.light = scene.light.with_size(size.map(f64::from))?;
         }

@@ -6,7 +6,7 @@ use dsm_io::detail::{
 };
 use dsm_io::{Block, Codec, Error, MapKind, MapSummary, Metadata, PixelContents, Result};
 
-use super::keys::LayeredKeys;
+use super::keys::{LayeredKeys, refuse};
 use super::tile::{bytes, range_of, summary};
 use crate::depth_layers::{DepthLayers, MultilayerDepthMap};
 use crate::multilayer_settings::LayeredInfo;
@@ -44,8 +44,9 @@ impl MapKind for Layers {
     type Keys = LayeredKeys;
     type Tile<T: Transmittance> = DepthLayers<T>;
 
-    fn check(_: &Metadata, keys: &LayeredKeys) -> Result<()> {
-        keys.check(Self::NAME)
+    fn check(metadata: &Metadata, keys: &LayeredKeys) -> Result<()> {
+        keys.check(Self::NAME)?;
+        refuse(keys.layering.broken_rule_of_exact(metadata.info.tolerance))
     }
 
     fn encode<T: Transmittance>(

@@ -160,11 +160,11 @@ fn a_part_is_chosen_by_name_and_a_map_has_none() {
     let path = image("parts.exr");
     let MapSource::Image(first) = open(&path) else { panic!("parts.exr is an image") };
     let name = first.header().part_name.clone().unwrap();
-    assert!(MapSource::open(&path, Some(&name), &limits).is_ok());
+    assert!(MapSource::open(&path, Some(name.as_str()), &limits).is_ok());
     assert!(MapSource::open(&path, Some("no such part"), &limits).is_err());
     let folder = tempfile::tempdir().unwrap();
     let map = converted(&path, folder.path(), &options(0.0, 64));
-    assert!(MapSource::open(&map, Some(&name), &limits).is_err());
+    assert!(MapSource::open(&map, Some(name.as_str()), &limits).is_err());
 }
 
 /// A map of 40 × 30 pixels in tiles of 8 of which only those in `tiles` hold

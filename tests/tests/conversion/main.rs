@@ -5,6 +5,7 @@
 
 mod accuracy;
 mod bound;
+mod cameras;
 mod export;
 mod export_bound;
 mod files;
