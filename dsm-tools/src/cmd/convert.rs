@@ -108,7 +108,10 @@ fn lost(source: &MapSource) -> Vec<String> {
         MapSource::Image(image) => {
             let header = image.header();
             let names = header.channels.iter().map(|channel| channel.name.as_str());
-            let names: Vec<_> = names.filter(|name| !header.read.contains(name)).collect();
+            // Beside the opacities of all colours stands their mean.
+            let is_mean = |name: &str| name == "A" && header.read.opacity.len() == 3;
+            let is_lost = |name: &&str| !header.read.contains(name) && !is_mean(name);
+            let names: Vec<_> = names.filter(is_lost).collect();
             if !names.is_empty() {
                 lines.push(format!("lost: channels {}", printable(&names.join(", "))));
             }

@@ -13,7 +13,7 @@ use dsm_io::{
     convert,
 };
 
-use super::{IMAGES, converted, image, open, options};
+use super::{IMAGES, converted, image, open, options, z_turned};
 
 #[test]
 fn a_copy_has_the_same_functions_whatever_its_tiles_and_blocks() {
@@ -110,8 +110,10 @@ fn windows_cameras_and_attributes_are_kept() {
         let columns = |matrix: Option<glam::DMat4>| {
             matrix.map(|matrix| matrix.to_cols_array().map(|number| number as f32))
         };
-        // Rows of the file's row-vector matrix are columns of ours.
-        assert_eq!(columns(camera.and_then(|c| c.world_to_camera)), header.world_to_camera);
+        // Rows of the file's row-vector matrix are columns of ours, which looks down
+        // −z where OpenEXR's camera looks along +z.
+        let turned = header.world_to_camera.map(z_turned);
+        assert_eq!(columns(camera.and_then(|c| c.world_to_camera)), turned);
         assert_eq!(columns(camera.and_then(|c| c.world_to_ndc)), header.world_to_ndc);
     }
 }

@@ -34,6 +34,12 @@ fn image(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../deep-exr/tests/data").join(name)
 }
 
+/// The matrix of an image whose camera space has z the other way.
+fn z_turned(mut matrix: [f32; 16]) -> [f32; 16] {
+    matrix.iter_mut().skip(2).step_by(4).for_each(|z| *z = -*z);
+    matrix
+}
+
 fn open(path: &Path) -> MapSource {
     MapSource::open(path, None, &Limits::default()).unwrap()
 }
