@@ -42,7 +42,7 @@ pub(crate) fn run(request: &Convert) -> Result<()> {
         let done = match &request.target {
             ConvertTarget::Map(options) => {
                 convert(&mut source, output, options, at).map(|report| {
-                    notes.extend(report.lines().iter().map(|line| printable(line).into()));
+                    notes.extend(report.lines().iter().map(|line| printable(line)));
                     (Details { samples: report.samples, image: None }, Vec::new())
                 })
             }
