@@ -81,6 +81,9 @@ pub struct BakeReport {
     pub cut_pixels: u64,
     /// Length of the file in bytes.
     pub bytes: u64,
+    /// Width and height that tiles were cut down to, because larger ones would have
+    /// been more than readers accept.
+    pub smaller_tiles: Option<u32>,
 }
 
 /// Bakes a map into a file that replaces `output`, if there is one.
@@ -103,6 +106,11 @@ pub struct BakeReport {
 /// threads. Memory: that of [`Baker::run`] or of [`build_pyramid`], which holds
 /// the uncompressed functions of 4 tiles a thread. On an error `output` is
 /// what it was before.
+///
+/// A tile of more than [`BakeSettings::max_tile_bytes`], which readers would not
+/// accept, is given up, and the bake begins again in tiles of half the width and
+/// height; the report says so. Of a crop, whose tiles are those of others, it is an
+/// error.
 ///
 /// ```
 /// use std::ops::ControlFlow;
@@ -129,7 +137,7 @@ pub struct BakeReport {
 /// # Errors
 ///
 /// [`Error::HitSource`] with what the source says; [`Error::Interrupted`] if
-/// `watch` broke it off; [`Error::Setting`] for a pyramid of a crop, [`Error::Mismatch`] for a codec
+/// `watch` broke it off; [`Error::TileTooLarge`]; [`Error::Setting`] for a pyramid of a crop, [`Error::Mismatch`] for a codec
 /// that does not fit [`BakeSettings::quantization`]; else what keeps the file from being written.
 pub fn bake<T: Transmittance, S: HitSource<T>>(
     baker: &Baker<T, S>,
@@ -152,6 +160,37 @@ where
     info.data_window = info.display_window;
     let mut metadata = Metadata::new(width, height, T::CHANNELS as u8, info);
     describe(&mut metadata);
+    let mut tile_size = settings.tile_size;
+    loop {
+        let settings = settings.clone().with_tile_size(tile_size);
+        let sized = Baker::new(baker.source(), settings)?;
+        match bake_sized(&sized, output, options, metadata.clone(), &watch) {
+            // Crops that are put together have tiles of one size.
+            Err(Error::TileTooLarge { .. }) if tile_size > 1 && sized.settings().crop.is_none() => {
+                tile_size = tile_size.div_ceil(2);
+            }
+            Err(error) => return Err(error),
+            Ok(report) => {
+                let is_smaller = tile_size != baker.settings().tile_size;
+                let smaller_tiles = is_smaller.then_some(tile_size);
+                return Ok(BakeReport { smaller_tiles, ..report });
+            }
+        }
+    }
+}
+
+/// Bakes a map in tiles of the size that the baker has.
+fn bake_sized<T: Transmittance, S: HitSource<T>>(
+    baker: &Baker<T, S>,
+    output: &Path,
+    options: &BakeOptions,
+    metadata: Metadata,
+    watch: &(impl Fn(Progress) -> ControlFlow<()> + Sync),
+) -> Result<BakeReport>
+where
+    S::Error: std::error::Error + Send + Sync + 'static,
+{
+    let settings = baker.settings();
     let mut write =
         WriteOptions::default().with_tile_size(settings.tile_size).with_packing(options.packing);
     write.codec = options.codec;
@@ -182,7 +221,19 @@ where
             source.hits.into_inner()
         }
     };
-    Ok(BakeReport { hits, cut_pixels: 0, bytes: writer.finish()? })
+    Ok(BakeReport { hits, bytes: writer.finish()?, ..BakeReport::default() })
+}
+
+/// What a source says; of a tile that was given up that it is too large.
+fn failed<T: Transmittance, S: HitSource<T>>(baker: &Baker<T, S>, error: S::Error) -> Error
+where
+    S::Error: std::error::Error + Send + Sync + 'static,
+{
+    if baker.has_given_up_a_tile() {
+        let limit = baker.settings().max_tile_bytes;
+        return Error::TileTooLarge { bytes: limit.saturating_add(1), limit };
+    }
+    Error::HitSource(Box::new(error))
 }
 
 /// Bakes level 0 tile by tile; the number of hits.
@@ -211,7 +262,7 @@ where
         Ok(ControlFlow::Continue(())) => Ok(hits),
         Ok(ControlFlow::Break(())) => Err(Error::Interrupted),
         Err(Failed::Write(error)) => Err(error),
-        Err(Failed::Source(error)) => Err(Error::HitSource(Box::new(error))),
+        Err(Failed::Source(error)) => Err(failed(baker, error)),
     }
 }
 
@@ -345,7 +396,7 @@ where
             let [x, y] = [0, 1].map(|axis| (pixel.pixel()[axis] - first[axis]) as usize);
             tile.pixels[y * width as usize + x] = (start..tile.vertices.len(), error);
         };
-        let failed = |error| Error::HitSource(Box::new(error));
+        let failed = |error| failed(self.baker, error);
         let hits = self.baker.exact_tile_within([id.x, id.y], chord, visit).map_err(failed)?;
         // Level 0's own chords are as long as they are without other levels, and
         // it alone is rounded.

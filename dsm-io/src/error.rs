@@ -7,6 +7,7 @@ use std::{fmt, io};
 
 use dsm_core::detail::InFile;
 
+use crate::limits::Limits;
 use crate::section_kind::SectionKind;
 use crate::tile_id::TileId;
 use crate::worst_pixel::WorstPixel;
@@ -187,6 +188,16 @@ pub enum Error {
         /// The number allowed.
         limit: u64,
     },
+    /// A tile that readers would not accept by default.
+    #[error(
+        "a tile takes {bytes} bytes or more, and readers accept {limit}: smaller tiles, as --tile sets them, take less"
+    )]
+    TileTooLarge {
+        /// What it takes, or what a part of it does.
+        bytes: u64,
+        /// The number allowed.
+        limit: u64,
+    },
     /// Metadata that does not say what it must.
     #[error("metadata: {0}")]
     Metadata(String),
@@ -281,6 +292,12 @@ impl Error {
             (error, Some(path)) => Self::File(InFile::new(path, error)),
         }
     }
+}
+
+/// Refuses a tile to be written that readers refuse by default.
+pub(crate) fn check_tile_bytes(bytes: u64) -> Result<()> {
+    let limit = Limits::default().max_chunk_bytes;
+    if bytes <= limit { Ok(()) } else { Err(Error::TileTooLarge { bytes, limit }) }
 }
 
 /// Refuses a `count` above its `limit`.

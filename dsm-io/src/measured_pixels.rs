@@ -6,7 +6,7 @@ use dsm_core::detail::{
 use dsm_core::{PixelListsBuilder, Tolerance, Transmittance};
 
 use crate::achieved_error::AchievedError;
-use crate::error::Result;
+use crate::error::{Result, check_tile_bytes};
 
 /// Compresses pixels row by row and measures, on the `f32` values that are
 /// stored, what that costs.
@@ -15,6 +15,8 @@ pub(crate) struct MeasuredPixels<T> {
     pixels: PixelListsBuilder<T>,
     tolerance: Tolerance,
     count: u32,
+    /// Bytes of the depths and values so far.
+    bytes: u64,
     max: f64,
     means: f64,
 }
@@ -24,23 +26,28 @@ impl<T: Transmittance> MeasuredPixels<T> {
     /// `tolerance` in the end.
     pub(crate) fn new([width, height]: [u32; 2], tolerance: Tolerance) -> Self {
         let pixels = PixelListsBuilder::new(width, height);
-        Self { pixels, tolerance, count: 0, max: 0.0, means: 0.0 }
+        Self { pixels, tolerance, count: 0, bytes: 0, max: 0.0, means: 0.0 }
     }
 
     /// Adds a pixel whose function ends with the last of these vertices and is
     /// off by `inherited` already: the rest of the tolerance is left for its
-    /// compression. Returns its error.
+    /// compression. Returns its error, or [`Error::TileTooLarge`] for a tile that
+    /// readers would refuse.
+    ///
+    /// [`Error::TileTooLarge`]: crate::error::Error::TileTooLarge
     pub(crate) fn push(&mut self, vertices: &[SumVertex<T>], inherited: f64) -> Result<f64> {
         let tolerance = self.tolerance.after(inherited);
         let mut emit = |vertex| self.pixels.push(vertex);
         Compression::default().compress(tolerance, vertices, &mut emit);
         self.pixels.finish_pixel()?;
         let compressed = self.pixels.last_pixel().unwrap_or(VisibilityView::clear());
+        self.bytes += 4 * (compressed.depths().len() + compressed.columns().len()) as u64;
         let difference = VisibilityDifference::between(vertices, &compressed);
         let error = difference.max() + inherited;
         self.count += 1;
         self.max = self.max.max(error);
         self.means += difference.mean() + inherited;
+        check_tile_bytes(self.bytes)?;
         Ok(error)
     }
 

@@ -10,6 +10,7 @@ use serde::Deserialize;
 
 use crate::builtin::builtin_scene;
 use crate::error::{Error, Place, Result};
+use crate::load::vdb::choice::GridChoice;
 use crate::load::warnings::Warnings;
 use crate::load::{extension, load_curves, load_volume, read_file, read_mesh, read_shape};
 use crate::scene::{Object, Scene, Shape};
@@ -180,6 +181,49 @@ const fn one() -> f64 {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn open_scene(path: &Path) -> Result<Scene> {
+    open_scene_with(path, &SceneOptions::default())
+}
+
+/// Choices of what is read of a scene's file.
+///
+/// ```
+/// use dsm_scene::detail::SceneOptions;
+///
+/// let options = SceneOptions::default().grid("density:1".parse()?);
+/// assert_eq!(options.grid.map(|grid| grid.to_string()).as_deref(), Some("density:1"));
+/// # Ok::<(), dsm_scene::Error>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct SceneOptions {
+    /// The grid of a volume's file that is the scene. Scene files name theirs
+    /// themselves.
+    pub grid: Option<GridChoice>,
+}
+
+impl SceneOptions {
+    /// The same with this grid of a volume's file.
+    #[must_use]
+    pub fn grid(self, grid: GridChoice) -> Self {
+        Self { grid: Some(grid) }
+    }
+}
+
+/// Opens a scene as [`open_scene`], with choices of what is read of it.
+///
+/// # Errors
+///
+/// Those of [`open_scene`]; [`Error::Malformed`] for a grid of a file that is no
+/// volume.
+pub fn open_scene_with(path: &Path, options: &SceneOptions) -> Result<Scene> {
+    if let Some(grid) = &options.grid {
+        if extension(path).as_deref() != Some("vdb") {
+            let reason = "only a volume's file (.vdb) has grids; a scene file has a key for it";
+            return Err(Error::malformed(Place::Named("grid".into()), reason));
+        }
+        let volume = load_volume(path, Some(grid))?;
+        return Ok(Scene::of_objects(vec![Object::new(Shape::Volume(volume))]));
+    }
     if let Some(name) = path.to_str().and_then(|name| name.strip_prefix("builtin:")) {
         return builtin_scene(name);
     }

@@ -57,8 +57,12 @@ pub mod detail {
         bounds::Bounds,
         builtin::BUILTIN_SCENES,
         error::{Place, Result},
+        file::{SceneOptions, open_scene_with},
         hit_source::SceneHitSource,
-        load::{load_curves, load_mesh, load_shape, load_volume, vdb::choice::GridChoice},
+        load::{
+            load_curves, load_mesh, load_shape, load_volume,
+            vdb::{choice::GridChoice, volume_from_bytes},
+        },
         raster::{
             rasterizer::{Rasterizer, RasterizerBuilder},
             segment::Segment,

@@ -12,7 +12,7 @@ use dsm_tests::forge::Forge;
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = std::env::args().nth(1).ok_or("which folder?")?;
     let folder = Path::new(&folder);
-    for target in ["header", "directory", "tile", "layered", "deep_exr"] {
+    for target in ["header", "directory", "tile", "layered", "deep_exr", "vdb"] {
         fs::create_dir_all(folder.join(target))?;
     }
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -40,6 +40,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         let path = file?.path();
         if path.extension().is_some_and(|extension| extension == "exr") {
             fs::copy(&path, folder.join("deep_exr").join(path.file_stem().unwrap_or_default()))?;
+        }
+    }
+    for file in fs::read_dir(root.join("../dsm-scene/tests/data/volumes"))? {
+        let path = file?.path();
+        if path.extension().is_some_and(|extension| extension == "vdb") {
+            fs::copy(&path, folder.join("vdb").join(path.file_stem().unwrap_or_default()))?;
         }
     }
     Ok(())

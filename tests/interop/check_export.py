@@ -15,7 +15,7 @@ import deep_truth
 from check_lookup import questions, worst
 from tool import Failed, Tool, image_arguments, run_cases
 
-LAYOUTS, TYPES, COMPRESSIONS = ("scanline", "tiled"), ("float", "half"), ("zips", "rle", "none")
+LAYOUTS, TYPES, COMPRESSIONS = ("scanline", "tiled"), ("float", "half"), ("zips", "rle", "none", "zstd")
 
 # Depths are kept whole; the alphas of a product round, in half to 11 bits.
 ALLOWED = {"float": 1e-6, "half": 2e-3}
@@ -39,8 +39,11 @@ def same_matrices(source, written):
             continue
         if name not in written.attributes:
             raise Failed(f"{name} is lost")
-        if not np.allclose(written.attributes[name], source.attributes[name], rtol=1e-5, atol=1e-5):
-            raise Failed(f"{name} {written.attributes[name]}, wanted {source.attributes[name]}")
+        # The sources look along -z of their camera space, what is written along +z, as OpenEXR defines it.
+        turned = np.diag([1.0, 1.0, -1.0 if name == "worldToCamera" else 1.0, 1.0])
+        wanted = np.asarray(source.attributes[name]).reshape(4, 4) @ turned
+        if not np.allclose(np.asarray(written.attributes[name]).reshape(4, 4), wanted, rtol=1e-5, atol=1e-5):
+            raise Failed(f"{name} {written.attributes[name]}, wanted {wanted}")
 
 
 def half_can_hold(source):

@@ -32,4 +32,7 @@ pub struct BakeReport {
     pub channels: usize,
     /// Length of the file in bytes.
     pub bytes: u64,
+    /// Width and height that tiles were cut down to, because larger ones would have
+    /// been more than readers accept.
+    pub smaller_tiles: Option<u32>,
 }

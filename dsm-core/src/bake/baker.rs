@@ -3,7 +3,7 @@
 
 use std::marker::PhantomData;
 use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use super::exact::{ExactBaker, ExactPixel, SampledPixel};
@@ -62,6 +62,8 @@ pub struct Baker<T: Transmittance, S> {
     camera: Option<MapCamera>,
     /// Working memory of threads that are between two tiles.
     spare: Mutex<Vec<ExactBaker<T>>>,
+    /// Whether a tile was given up because of its size.
+    is_too_large: AtomicBool,
     channels: PhantomData<T>,
 }
 
@@ -74,7 +76,21 @@ impl<T: Transmittance, S: HitSource<T>> Baker<T, S> {
     /// a camera without a matrix.
     pub fn new(source: S, settings: BakeSettings) -> Result<Self> {
         let camera = settings.check()?;
-        Ok(Self { source, settings, camera, spare: Mutex::default(), channels: PhantomData })
+        let (spare, is_too_large) = (Mutex::default(), AtomicBool::new(false));
+        Ok(Self { source, settings, camera, spare, is_too_large, channels: PhantomData })
+    }
+
+    /// The source of hits.
+    #[must_use]
+    pub const fn source(&self) -> &S {
+        &self.source
+    }
+
+    /// Whether a tile was given up because it takes more than
+    /// [`BakeSettings::max_tile_bytes`]: smaller tiles may not.
+    #[must_use]
+    pub fn has_given_up_a_tile(&self) -> bool {
+        self.is_too_large.load(Ordering::Relaxed)
     }
 
     /// The settings.
@@ -185,12 +201,24 @@ impl<T: Transmittance, S: HitSource<T>> Baker<T, S> {
     ///
     /// # Errors
     ///
-    /// As [`Self::exact_tile`].
+    /// As [`Self::exact_tile`], and [`Error::TooLarge`] for a tile of more than
+    /// [`BakeSettings::max_tile_bytes`], after the first block that is past them.
     pub fn tile(&self, tile: [u32; 2]) -> std::result::Result<BakedTile<T>, S::Error> {
         let block = self.settings.tile_pixels(tile);
         let mut compressor =
             TileCompressor::new(self.settings.tolerance(), self.settings.quantization, block);
-        let hits = self.exact_tile(tile, |pixel| compressor.push(pixel))?;
+        let hits = self.with_blocks(tile, |baker, block| {
+            let limit = self.settings.max_tile_bytes;
+            let count = compressor.least_bytes();
+            if count > limit {
+                self.is_too_large.store(true, Ordering::Relaxed);
+                return Err(Error::TooLarge { what: "bytes of a tile", count, limit }.into());
+            }
+            baker.set_chord_error(self.settings.tolerance().chord());
+            baker.run(&self.source, &self.settings, block, &mut |pixel: ExactPixel<'_, T>| {
+                compressor.push(pixel);
+            })
+        })?;
         Ok(compressor.finish(tile, hits)?)
     }
 

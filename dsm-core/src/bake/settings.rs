@@ -43,6 +43,9 @@ pub struct BakeSettings {
     /// The camera whose NDC \[0, 1\]² covers the map. It tells how long rays
     /// are; without one they are as long as their depth.
     pub camera: Option<ShadowCamera>,
+    /// Bytes that the depths and values of one tile may take, default 256 MiB: what
+    /// readers of `.dsm` files accept. A tile is given up when it has more.
+    pub max_tile_bytes: u64,
 }
 
 impl BakeSettings {
@@ -71,6 +74,7 @@ impl BakeSettings {
             tolerance: None,
             quantization: None,
             camera: None,
+            max_tile_bytes: 1 << 28,
         };
         settings.check().map(|_| settings)
     }

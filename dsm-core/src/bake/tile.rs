@@ -139,6 +139,11 @@ impl<T: Transmittance> TileCompressor<T> {
         self.pixels[pixel] = start..self.vertices.len();
     }
 
+    /// Bytes that the vertices so far take at least, each with a depth and a value.
+    pub(super) fn least_bytes(&self) -> u64 {
+        8 * self.vertices.len() as u64
+    }
+
     /// The tile with these pixels; those that were not pushed are clear.
     pub(super) fn finish(self, tile: [u32; 2], hits: u64) -> Result<BakedTile<T>> {
         let [width, height] = self.block.size;

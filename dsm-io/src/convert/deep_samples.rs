@@ -26,11 +26,16 @@ fn push_sample<T: Transmittance>(
     report: &mut ImportReport,
 ) -> Result<()> {
     report.samples += 1;
-    let DeepSample { z, z_back, alpha } = sample;
+    let DeepSample { z, mut z_back, alpha } = sample;
     let alpha = &alpha[..T::CHANNELS];
-    if !z.is_finite() || !z_back.is_finite() {
+    if !z.is_finite() {
         report.dropped_not_finite += 1;
         return Ok(());
+    }
+    if !z_back.is_finite() {
+        // Where a volume ends nowhere, its opacity has no place but its front.
+        z_back = z;
+        report.back_not_finite += 1;
     }
     if z < 0.0 && z_back <= 0.0 {
         report.dropped_behind_camera += 1;
@@ -91,7 +96,7 @@ mod tests {
     fn what_no_ray_can_have_is_dropped_and_counted() {
         let (hits, report) = hits_of(&[
             (f32::NAN, 1.0, 0.5),
-            (1.0, f32::INFINITY, 0.5),
+            (f32::INFINITY, f32::INFINITY, 0.5),
             (-2.0, -2.0, 0.5),
             (-2.0, 0.0, 0.5),
             (1.0, 1.0, f32::NAN),
@@ -101,6 +106,19 @@ mod tests {
         assert_eq!(report.dropped_not_finite, 2);
         assert_eq!(report.dropped_behind_camera, 2);
         assert_eq!(report.dropped_opacity_nan, 1);
+    }
+
+    #[test]
+    fn a_back_that_is_not_finite_leaves_a_point() {
+        let backs = [f32::INFINITY, f32::NEG_INFINITY, f32::NAN];
+        let (hits, report) = hits_of(&backs.map(|back| (2.0, back, 0.5)));
+        assert!(hits.surfaces().iter().all(|hit| hit.depth == 2.0 && hit.opacity == 0.5));
+        assert_eq!((hits.surfaces().len(), hits.segments().len()), (3, 0));
+        assert_eq!((report.back_not_finite, report.dropped_not_finite), (3, 0));
+        assert_eq!(
+            report.lines(),
+            ["3 of 3 samples taken as points: the back depth is not finite"]
+        );
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use deep_exr::detail::{Block, ChunkEncoder, EncodedChunk};
-use deep_exr::{DeepExrWriter, Layout, SampleType, WriteOptions};
+use deep_exr::{ChannelType, DeepExrWriter, Layout, SampleType, WriteOptions};
 use dsm_core::detail::VisibilityView;
 use dsm_core::{Progress, Rgb, Transmittance};
 use rayon::prelude::*;
@@ -113,6 +113,11 @@ pub fn export_deep_exr(
         sample_type: options.sample_type,
         error: options.error.epsilon().into(),
         bands,
+        sample_bytes: image
+            .channels()
+            .iter()
+            .map(|channel| if channel.channel_type == ChannelType::Half { 2 } else { 4 })
+            .sum(),
     };
     let (samples, max_samples, achieved) = if metadata.channels == 1 {
         export.run::<f32>(source, output, progress)
@@ -134,6 +139,8 @@ struct Export<'a> {
     error: f64,
     /// How many rows of blocks are done at once.
     bands: u32,
+    /// Bytes of a sample, unpacked.
+    sample_bytes: u64,
 }
 
 /// A chunk, and what went into it.
@@ -189,6 +196,22 @@ impl Export<'_> {
         Ok((samples, max_samples, worst))
     }
 
+    /// Refuses what the reader of images refuses by default: more samples than it
+    /// takes in this pixel, or in the chunk so far.
+    fn check_size(&self, [x, y]: [u32; 2], own: usize, of_chunk: usize) -> Result<()> {
+        let limits = deep_exr::Limits::default();
+        let is_too_large = own as u64 > u64::from(limits.max_samples_per_pixel)
+            || self.sample_bytes * of_chunk as u64 > limits.max_chunk_bytes;
+        if !is_too_large {
+            return Ok(());
+        }
+        Err(Error::setting(format!(
+            "pixel ({x}, {y}) has {own} samples and those of its chunk up to it {of_chunk}, more \
+             than readers of images take: a larger --tolerance makes fewer, --exr-layout tiled \
+             with a small --tile smaller chunks"
+        )))
+    }
+
     /// The chunk of a block.
     fn chunk<T: Transmittance>(
         &self,
@@ -201,8 +224,10 @@ impl Export<'_> {
         for y in block.y..block.y + block.height {
             for x in block.x..block.x + block.width {
                 let function = functions.function(x, y).unwrap_or(VisibilityView::clear());
+                let before = rows.sample_count();
                 sampler.append(function, &mut rows);
                 rows.finish_pixel()?;
+                self.check_size([x, y], rows.sample_count() - before, rows.sample_count())?;
             }
         }
         Ok(Chunk {

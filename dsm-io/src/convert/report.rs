@@ -11,7 +11,7 @@ use super::camera_reading::CameraReading;
 /// let untouched = dsm_io::ImportReport::default();
 /// assert_eq!(untouched, dsm_io::ImportReport::default());
 /// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ImportReport {
     /// Samples that were read.
@@ -20,6 +20,8 @@ pub struct ImportReport {
     pub opaque_without_alpha: bool,
     /// Samples dropped because a depth is not finite.
     pub dropped_not_finite: u64,
+    /// Samples with a back depth that is not finite, taken as points at their front.
+    pub back_not_finite: u64,
     /// Samples dropped because they lie behind the camera.
     pub dropped_behind_camera: u64,
     /// Samples dropped because an opacity is NaN.
@@ -32,6 +34,9 @@ pub struct ImportReport {
     pub dropped_matrices: u64,
     /// How the camera was read, of an image that has one.
     pub camera: Option<CameraReading>,
+    /// What was chosen or mended in the file before its samples were read, a line
+    /// each.
+    pub source_notes: Vec<String>,
 }
 
 impl ImportReport {
@@ -40,16 +45,17 @@ impl ImportReport {
     pub fn lines(&self) -> Vec<String> {
         let counted = [
             (self.dropped_not_finite, "dropped: a depth is not finite"),
+            (self.back_not_finite, "taken as points: the back depth is not finite"),
             (self.dropped_behind_camera, "dropped: behind the camera"),
             (self.dropped_opacity_nan, "dropped: an opacity is NaN"),
             (self.cut_at_camera, "cut at the camera: a volume reached behind it"),
             (self.clamped_opacity, "clamped: an opacity was outside [0, 1]"),
         ];
-        let mut lines: Vec<String> = counted
-            .into_iter()
-            .filter(|&(count, _)| count > 0)
-            .map(|(count, what)| format!("{count} of {} samples {what}", self.samples))
-            .collect();
+        let mut lines = self.source_notes.clone();
+        let counted = counted.into_iter().filter(|&(count, _)| count > 0);
+        lines.extend(
+            counted.map(|(count, what)| format!("{count} of {} samples {what}", self.samples)),
+        );
         if self.dropped_matrices > 0 {
             let count = self.dropped_matrices;
             lines.push(format!("{count} camera matrices dropped: a number in them is not finite"));
@@ -67,12 +73,14 @@ impl AddAssign for ImportReport {
         self.samples += other.samples;
         self.opaque_without_alpha |= other.opaque_without_alpha;
         self.dropped_not_finite += other.dropped_not_finite;
+        self.back_not_finite += other.back_not_finite;
         self.dropped_behind_camera += other.dropped_behind_camera;
         self.dropped_opacity_nan += other.dropped_opacity_nan;
         self.cut_at_camera += other.cut_at_camera;
         self.clamped_opacity += other.clamped_opacity;
         self.dropped_matrices += other.dropped_matrices;
         self.camera = self.camera.or(other.camera);
+        self.source_notes.extend(other.source_notes);
     }
 }
 

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::path::Path;
 
-use deep_exr::{AlphaChannels, DeepExrReader, Header, Window};
+use deep_exr::{AlphaChannels, DeepExrReader, Header, Selection, Window};
 use dsm_core::detail::{DepthKind, PixelWindow};
 use dsm_core::{MapInfo, ShadowCamera, Tolerance, Transmittance};
 use glam::DMat4;
@@ -40,13 +40,15 @@ pub enum MapSource {
 }
 
 impl MapSource {
-    /// Opens `path`, of an OpenEXR the part called `part`, or the first deep
-    /// part.
+    /// Opens `path`, of an OpenEXR what `selection` chooses (a [`Selection`], the name
+    /// of a part, or `None`: the first deep part).
     ///
     /// # Errors
     ///
-    /// What is wrong with the file; [`Error::Setting`] for a part of a `.dsm`.
-    pub fn open(path: &Path, part: Option<&str>, limits: &Limits) -> Result<Self> {
+    /// What is wrong with the file, or not clear; [`Error::Setting`] for a selection
+    /// from a `.dsm`.
+    pub fn open(path: &Path, selection: impl Into<Selection>, limits: &Limits) -> Result<Self> {
+        let selection = selection.into();
         // A pipe has no length to hold its contents to, and may never answer.
         let file =
             std::fs::metadata(path).map_err(|error| Error::io("open")(error).in_file(path))?;
@@ -54,17 +56,18 @@ impl MapSource {
             return Err(Error::Path("not a regular file").in_file(path));
         }
         if is_openexr(path)? {
-            let reader = DeepExrReader::open(path, part, &limits.images)
+            let reader = DeepExrReader::open(path, selection, &limits.images)
                 .map_err(|error| Error::from(error).in_file(path))?;
             Ok(Self::Image(Box::new(reader)))
         } else {
             let map = MapReader::open(path, limits)?;
             check_limit("pixels", map.levels()[0].pixel_count(), limits.max_pixels)
                 .map_err(|error| error.in_file(path))?;
-            match part {
-                None => Ok(Self::Map(Box::new(map))),
-                Some(_) => Err(Error::setting("a .dsm file has no parts to choose from")),
+            if selection != Selection::default() {
+                let reason = "a .dsm file has no parts, layers or channels to choose from";
+                return Err(Error::setting(reason));
             }
+            Ok(Self::Map(Box::new(map)))
         }
     }
 
@@ -145,6 +148,14 @@ impl MapSource {
             Self::Image(image) => {
                 let header = image.header();
                 let mut report = ImportReport::default();
+                report.source_notes.extend(header.read.line());
+                if header.found_chunks > 0 {
+                    report.source_notes.push(format!(
+                        "{} chunks that the table of their places lacks were found by looking \
+                         through the file",
+                        header.found_chunks
+                    ));
+                }
                 let mut info = MapInfo::new()
                     .with_tolerance(added)
                     .with_data_window(pixels(header.data_window))

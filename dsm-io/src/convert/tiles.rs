@@ -12,7 +12,7 @@ use super::report::ImportReport;
 use super::rows::{ExactFunction, SourceRows};
 use super::source::MapSource;
 use crate::achieved_error::AchievedError;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::format::encoded_tile::EncodedTile;
 use crate::measured_pixels::MeasuredPixels;
 use crate::progress::tell;
@@ -47,7 +47,8 @@ pub struct ConvertOptions {
 ///
 /// Memory is bounded by one row of tiles, of the map or of the source; they are
 /// compressed in parallel, on the current rayon pool. A tile of which the source
-/// holds empty tiles only costs nothing. The same input gives the same bytes
+/// holds empty tiles only costs nothing. Tiles of more than readers accept are halved
+/// in width and height, all of them, and the report says so. The same input gives the same bytes
 /// whatever the number of threads. On an error `output` is what it was before.
 ///
 /// ```
@@ -87,6 +88,32 @@ pub fn convert(
     options: &ConvertOptions,
     mut progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<ImportReport> {
+    let mut sized = options.clone();
+    loop {
+        match convert_sized(source, output, &sized, &mut progress) {
+            Err(Error::TileTooLarge { .. }) if sized.write.tile_size > 1 => {
+                sized.write.tile_size = sized.write.tile_size.div_ceil(2);
+            }
+            Ok(mut report) if sized != *options => {
+                let [asked, size] = [options, &sized].map(|options| options.write.tile_size);
+                report.source_notes.push(format!(
+                    "tiles of {size} × {size} pixels: readers would not accept what {asked} × \
+                     {asked} hold"
+                ));
+                return Ok(report);
+            }
+            result => return result,
+        }
+    }
+}
+
+/// Makes a map in tiles of the size that the options have.
+fn convert_sized(
+    source: &mut MapSource,
+    output: &Path,
+    options: &ConvertOptions,
+    progress: &mut impl FnMut(Progress) -> ControlFlow<()>,
+) -> Result<ImportReport> {
     let (metadata, mut report) = source.target_metadata(options.tolerance, options.cameras)?;
     let [width, height] = [metadata.width, metadata.height];
     let channels = metadata.channels;
@@ -112,7 +139,7 @@ pub fn convert(
             writer.write_encoded(tile.id, &tile.encoded.with_depth_error(depth_error), achieved)?;
             report += tile.report;
         }
-        tell(&mut progress, rows.end, height)?;
+        tell(progress, rows.end, height)?;
     }
     writer.finish()?;
     Ok(report)

@@ -11,7 +11,7 @@ use super::prologue::{PROLOGUE_BYTES, Prologue};
 use super::section::Section;
 use super::version::MINOR;
 use crate::achieved_error::AchievedError;
-use crate::error::{Error, Result, check_limit};
+use crate::error::{Error, Result, check_limit, check_tile_bytes};
 use crate::limits::Limits;
 use crate::section_kind::SectionKind;
 use crate::tile_id::TileId;
@@ -105,7 +105,8 @@ impl ContainerWriter {
     ///
     /// [`Error::NoSuchTile`], [`Error::WrittenTwice`]; [`Error::Tile`] if
     /// the error breaks a rule or the level's tolerance, or what the tile
-    /// says of itself does; [`Error::File`] if
+    /// says of itself does; [`Error::TileTooLarge`] if readers would refuse it;
+    /// [`Error::File`] if
     /// the file cannot be written, and then it cannot be finished.
     pub fn write_tile(
         &mut self,
@@ -128,6 +129,7 @@ impl ContainerWriter {
                 .into(),
             });
         }
+        check_tile_bytes(tile.raw_length.max(tile.bytes.len() as u64))?;
         let entry = TileEntry { stored_length: tile.bytes.len() as u64, error, ..tile.entry() };
         // Where it will stand is not known yet: anywhere but at 0.
         let offset = u64::from(!tile.bytes.is_empty());

@@ -2,12 +2,14 @@
 
 mod assemble;
 mod multiply;
+mod windows;
 
 use std::ops::ControlFlow;
 use std::path::Path;
 
 use dsm_core::{Progress, Tolerance};
 
+use self::windows::Windows;
 use crate::crop::Crop;
 use crate::error::{Error, Result};
 use crate::reader::MapReader;
@@ -58,6 +60,10 @@ pub enum MergeReport {
 /// Crops of one map, which together cover it once, are put together. Their
 /// tiles are copied as they are, so that the result is the file that would
 /// have been written as a whole.
+///
+/// Maps of one display window and camera, in data windows that share no pixel, are
+/// put together too, as a render in stripes or tiles leaves them: functions are
+/// copied into tiles of the first map's size, and pixels that no map has are clear.
 ///
 /// Memory: a few tiles of each map a thread, and 64 bytes a tile. Tiles are
 /// multiplied in parallel, on the current rayon pool. The same input gives the
@@ -110,23 +116,31 @@ pub fn merge(
     if others.is_empty() {
         return Err(Error::setting("one map alone can't be merged"));
     }
+    if let Some(windows) = Windows::of(maps) {
+        refuse_tolerance(tolerance)?;
+        windows.join(output, progress)?;
+        return Ok(MergeReport::Assembled);
+    }
     if others.iter().all(|other| pixels(other) == pixels(first)) {
         return multiply::multiply(maps, output, tolerance.unwrap_or_default(), progress);
     }
     if maps.iter().all(|map| map.crop().is_some()) {
-        if tolerance.is_some() {
-            let reason = "crops are put together as they are: a tolerance has no use";
-            return Err(Error::setting(reason));
-        }
+        refuse_tolerance(tolerance)?;
         assemble::assemble(maps, output, progress)?;
         return Ok(MergeReport::Assembled);
     }
     let sizes: Vec<_> = maps.iter().map(size_text).collect();
     Err(Error::mismatch(format!(
-        "maps of the same pixels are multiplied and crops of one map put together, but these \
-         have {}",
+        "maps of the same pixels are multiplied, and crops of one map or data windows of one \
+         picture put together, but these have {}",
         sizes.join(", ")
     )))
+}
+
+/// Refuses a tolerance for parts.
+fn refuse_tolerance(tolerance: Option<Tolerance>) -> Result<()> {
+    let reason = "parts are put together as they are: a tolerance has no use";
+    tolerance.map_or(Ok(()), |_| Err(Error::setting(reason)))
 }
 
 /// Which pixels a file has, of which map.

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use dsm_scene::Volume;
-use dsm_scene::detail::{GridChoice, load_volume};
+use dsm_scene::detail::{GridChoice, SceneOptions, load_volume, open_scene_with};
+use dsm_scene::{Volume, open_scene};
 use glam::DVec3;
 
 fn path(name: &str) -> PathBuf {
@@ -70,4 +70,70 @@ fn a_background_reaches_one_voxel_beyond_the_active() {
     let bounds = volume.bounds();
     assert_eq!(bounds.min, DVec3::new(-4.0, 29.0, -10.0));
     assert_eq!(volume.density(DVec3::new(-3.5, 29.0, -9.5)), 0.125);
+}
+
+/// A volume from beside the project, or `None` and a message.
+fn given(name: &str) -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/cases/volume").join(name);
+    if !path.exists() {
+        println!("skipped: {} is not there", path.display());
+        return None;
+    }
+    Some(path)
+}
+
+#[test]
+fn half_floats_as_openvdb_saves_them_by_default_are_read() {
+    let Some(path) = given("half_compressed.vdb") else { return };
+    let volume = load_volume(&path, None).unwrap();
+    assert_eq!(volume.voxel_size(), DVec3::splat(0.5));
+    let mut held = 0;
+    for index in 0..10 * 10 * 10 {
+        let [x, y, z] = [index % 10 - 1, index / 10 % 10 + 31, index / 100 - 1];
+        let is_inside = (0..8).contains(&x) && (32..40).contains(&y) && (0..8).contains(&z);
+        let found = volume.voxel([x, y, z].into());
+        assert_eq!(found, if is_inside { 1.5 } else { 0.0 }, "{x} {y} {z}");
+        held += usize::from(found > 0.0);
+    }
+    assert_eq!(held, 512);
+}
+
+#[test]
+fn a_switch_and_a_key_choose_the_same_grid() {
+    let Some(two) = given("two_same.vdb") else { return };
+    let Some(capital) = given("density_capital.vdb") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    let by_key = |file: &Path, grid: &str| {
+        let text = format!("[[object]]\nvolume = '{}'\ngrid = '{grid}'\n", file.display());
+        std::fs::write(&path, text).unwrap();
+        open_scene(&path)
+    };
+    let volume = |scene: Result<dsm_scene::Scene, dsm_scene::Error>| {
+        let scene = scene.unwrap();
+        let dsm_scene::Shape::Volume(volume) = &*scene.objects[0].shape else { panic!("a volume") };
+        volume.clone()
+    };
+    let by_switch = |file: &Path, grid: &str| {
+        open_scene_with(file, &SceneOptions::default().grid(grid.parse().unwrap()))
+    };
+    let mut means = Vec::new();
+    for (file, grid) in
+        [(&two, "density:0"), (&two, "density:1"), (&capital, "Density"), (&capital, "flame")]
+    {
+        let [key, switch] = [volume(by_key(file, grid)), volume(by_switch(file, grid))];
+        let middle = |volume: &Volume| volume.density(volume.bounds().centre());
+        assert_eq!(middle(&key).to_bits(), middle(&switch).to_bits(), "{grid}");
+        assert_eq!(key.voxel_count(), switch.voxel_count());
+        means.push((middle(&key), key.bounds().min.to_array().map(f64::to_bits)));
+    }
+    assert!(means[0] != means[1] && means[2] != means[3], "{means:?}");
+    for refused in [by_key(&two, "density"), by_switch(&two, "density"), open_scene(&two)] {
+        let error = refused.unwrap_err().to_string();
+        assert!(error.contains("density:0, density:1"), "{error}");
+    }
+    // In whatever case, where there is one.
+    assert!(open_scene(&capital).is_ok());
+    let error = by_switch(&path, "density").unwrap_err().to_string();
+    assert!(error.contains("only a volume's file"), "{error}");
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValue, PossibleValuesParser, RangedU64ValueParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use deepshadow::files::PyramidOptions;
+use deepshadow::scene::detail::{GridChoice, SceneOptions};
 use deepshadow::visibility::{Filter, FilterShape};
 use deepshadow::{Channels, Kind};
 
@@ -27,6 +28,10 @@ pub(crate) struct BakeFlags {
     /// A scene file, a model, or builtin:NAME
     #[arg(value_name = "SCENE")]
     scene: PathBuf,
+    /// The grid of a SCENE that is a .vdb: its name and, where several have it, a
+    /// number from 0 [default: density, else the only one]
+    #[arg(long, value_name = "NAME[:N]", value_parser = values::grid)]
+    grid: Option<GridChoice>,
     /// The map to write
     #[arg(short, long = "output", value_name = "MAP.dsm", value_parser = values::dsm_file())]
     output: PathBuf,
@@ -126,6 +131,7 @@ enum ChannelsName {
 #[derive(Debug)]
 pub(crate) struct Bake {
     pub(crate) scene: PathBuf,
+    pub(crate) scene_options: SceneOptions,
     pub(crate) output: PathBuf,
     pub(crate) settings: deepshadow::Bake,
     pub(crate) effort: Effort,
@@ -195,7 +201,8 @@ impl TryFrom<BakeFlags> for Bake {
         settings.pyramid = flags.mip.then(PyramidOptions::default);
         settings.seed = flags.seed;
         settings.check().map_err(text)?;
-        let BakeFlags { scene, output, effort, json, quiet, .. } = flags;
-        Ok(Self { scene, output, settings, effort, json, quiet })
+        let BakeFlags { scene, grid, output, effort, json, quiet, .. } = flags;
+        let scene_options = values::scene_options(grid);
+        Ok(Self { scene, scene_options, output, settings, effort, json, quiet })
     }
 }

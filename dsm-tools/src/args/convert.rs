@@ -4,16 +4,18 @@ use std::path::PathBuf;
 
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, ValueEnum};
-use deepshadow::files::deep_exr::{Compression, Layout, SampleType};
+use deepshadow::files::deep_exr::{Compression, Layout, SampleType, Selection};
 use deepshadow::files::detail::{CameraConventions, NdcRange, ViewAxis};
 use deepshadow::files::{ConvertOptions, ExportOptions, Packing, WriteOptions};
 use deepshadow::visibility::Tolerance;
 
+use super::selection::SelectionFlags;
 use super::values::{self, Effort};
 
 const EXAMPLES: &str = "\
 Examples:
   dsm-tools convert deep.exr map.dsm --tolerance 0.01
+  dsm-tools convert layers.exr map.dsm --layer beauty
   dsm-tools convert map.dsm deep.exr --exr-layout tiled --exr-type half";
 
 /// Makes a map from a deep image, a flat depth image or another map; or a
@@ -43,9 +45,8 @@ pub(crate) struct ConvertFlags {
     #[arg(long, value_name = "N")]
     #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(1..=4096))]
     tile: Option<u32>,
-    /// The part of an .exr to read [default: the first deep one]
-    #[arg(long, value_name = "NAME")]
-    part: Option<String>,
+    #[command(flatten)]
+    selection: SelectionFlags,
     /// Viewing direction in the camera space of an .exr [default: what its
     /// matrices show, else +z, as OpenEXR has it]
     #[arg(long, value_enum, allow_hyphen_values = true)]
@@ -133,7 +134,7 @@ pub(crate) struct Convert {
     pub(crate) input: PathBuf,
     pub(crate) output: PathBuf,
     pub(crate) target: ConvertTarget,
-    pub(crate) part: Option<String>,
+    pub(crate) selection: Selection,
     pub(crate) effort: Effort,
     pub(crate) json: bool,
     pub(crate) quiet: bool,
@@ -219,7 +220,7 @@ impl TryFrom<ConvertFlags> for Convert {
         } else {
             ConvertTarget::Map(flags.map()?)
         };
-        let ConvertFlags { input, output, part, effort, json, quiet, .. } = flags;
-        Ok(Self { input, output, target, part, effort, json, quiet })
+        let ConvertFlags { input, output, selection, effort, json, quiet, .. } = flags;
+        Ok(Self { input, output, target, selection: selection.into(), effort, json, quiet })
     }
 }

@@ -12,6 +12,7 @@ mod lookup;
 mod merge;
 mod mip;
 mod render;
+mod selection;
 mod values;
 mod verify;
 mod version;
@@ -118,7 +119,9 @@ impl Request {
             Command::Render(flags) => {
                 Self::Render(Box::new(flags.try_into().map_err(|error| wrong("render", error))?))
             }
-            Command::Verify(flags) => Self::Verify(flags.into()),
+            Command::Verify(flags) => {
+                Self::Verify(flags.try_into().map_err(|error| wrong("verify", error))?)
+            }
         })
     }
 }

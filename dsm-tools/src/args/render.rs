@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, ValueEnum};
+use deepshadow::scene::detail::{GridChoice, SceneOptions};
 use deepshadow::visibility::{Bias, LevelChoice};
 use deepshadow::{FilterMethod, Method as MapMethod, PcfMethod, TraceMethod};
 
@@ -29,6 +30,10 @@ pub(crate) struct RenderFlags {
     /// A scene file, a model, or builtin:NAME
     #[arg(value_name = "SCENE")]
     scene: PathBuf,
+    /// The grid of a SCENE that is a .vdb: its name and, where several have it, a
+    /// number from 0 [default: density, else the only one]
+    #[arg(long, value_name = "NAME[:N]", value_parser = values::grid)]
+    grid: Option<GridChoice>,
     /// The picture to write: .png (8 bits, sRGB) or .exr (linear)
     #[arg(short, long = "output", value_name = "IMAGE")]
     #[arg(value_parser = values::image_file([ImageFormat::Png, ImageFormat::Exr]))]
@@ -142,6 +147,7 @@ impl Method {
 #[derive(Debug)]
 pub(crate) struct Render {
     pub(crate) scene: PathBuf,
+    pub(crate) scene_options: SceneOptions,
     pub(crate) output: ImageFile,
     pub(crate) method: Method,
     pub(crate) samples: u32,
@@ -208,11 +214,22 @@ impl TryFrom<RenderFlags> for Render {
             }
             MethodName::Reference => Method::Reference { rays },
         };
-        let RenderFlags { scene, output, samples, resolution, factor, compare, json, seed, .. } =
-            flags;
+        let RenderFlags {
+            scene,
+            grid,
+            output,
+            samples,
+            resolution,
+            factor,
+            compare,
+            json,
+            seed,
+            ..
+        } = flags;
         let RenderFlags { effort, quiet, light_size, .. } = flags;
         Ok(Self {
             scene,
+            scene_options: values::scene_options(grid),
             output,
             method,
             samples,

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::builder::{PathBufValueParser, RangedU64ValueParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use deepshadow::files::{Codec, Packing};
+use deepshadow::scene::detail::{GridChoice, SceneOptions};
 use deepshadow::visibility::Tolerance;
 
 /// Use of the machine.
@@ -13,6 +14,16 @@ pub(crate) struct Effort {
     /// Threads to work with [default: all cores]
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     pub(crate) threads: Option<usize>,
+}
+
+/// The name of a volume's grid, and its number among those of that name.
+pub(super) fn grid(text: &str) -> Result<GridChoice, String> {
+    text.parse().map_err(|error: deepshadow::scene::Error| error.to_string())
+}
+
+/// What is read of a scene's file.
+pub(super) fn scene_options(grid: Option<GridChoice>) -> SceneOptions {
+    grid.map_or_else(SceneOptions::default, |grid| SceneOptions::default().grid(grid))
 }
 
 /// Packings of tiles.

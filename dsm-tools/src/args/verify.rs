@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use deepshadow::files::deep_exr::Selection;
 
+use super::selection::SelectionFlags;
 use super::values::Effort;
 
 const EXAMPLES: &str = "\
@@ -25,9 +27,8 @@ pub(crate) struct VerifyFlags {
     /// .dsm
     #[arg(long, value_name = "SOURCE")]
     against: Option<PathBuf>,
-    /// The part of SOURCE to read [default: the first deep one]
-    #[arg(long, value_name = "NAME", requires = "against")]
-    part: Option<String>,
+    #[command(flatten)]
+    selection: SelectionFlags,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
@@ -43,15 +44,20 @@ pub(crate) struct VerifyFlags {
 pub(crate) struct Verify {
     pub(crate) files: Vec<PathBuf>,
     pub(crate) against: Option<PathBuf>,
-    pub(crate) part: Option<String>,
+    pub(crate) selection: Selection,
     pub(crate) json: bool,
     pub(crate) effort: Effort,
     pub(crate) quiet: bool,
 }
 
-impl From<VerifyFlags> for Verify {
-    fn from(flags: VerifyFlags) -> Self {
-        let VerifyFlags { files, against, part, json, effort, quiet } = flags;
-        Self { files, against, part, json, effort, quiet }
+impl TryFrom<VerifyFlags> for Verify {
+    type Error = &'static str;
+
+    fn try_from(flags: VerifyFlags) -> Result<Self, Self::Error> {
+        let VerifyFlags { files, against, selection, json, effort, quiet } = flags;
+        if selection.is_given() && against.is_none() {
+            return Err("--part, --layer and --channels choose of the SOURCE that --against names");
+        }
+        Ok(Self { files, against, selection: selection.into(), json, effort, quiet })
     }
 }

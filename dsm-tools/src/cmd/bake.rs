@@ -5,7 +5,8 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use deepshadow::files::Attribute;
-use deepshadow::scene::{Scene, open_scene};
+use deepshadow::scene::Scene;
+use deepshadow::scene::detail::open_scene_with;
 use deepshadow::visibility::Progress;
 use deepshadow::{BakeReport, bake};
 use serde::Serialize;
@@ -18,7 +19,7 @@ use crate::parallel::with_threads;
 
 pub(crate) fn run(request: &Bake) -> Result<()> {
     let started = Instant::now();
-    let scene = open_scene(&request.scene)?;
+    let scene = open_scene_with(&request.scene, &request.scene_options)?;
     let opened = started.elapsed();
     print_warnings(scene.warnings());
     let report = with_threads(request.effort.threads, || {
@@ -40,6 +41,12 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
     // 1 or 3.
     let channels = report.channels as u8;
     let cut = format!("{cut_pixels} pixels have more layers than --layers keeps");
+    let tile = request.settings.tile_size;
+    let smaller = report.smaller_tiles.map(|size| {
+        format!(
+            "tiles of {size} × {size} pixels: readers would not accept what {tile} × {tile} hold"
+        )
+    });
     Written {
         output: &request.output,
         width: right - left,
@@ -47,7 +54,7 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
         channels,
         bytes: report.bytes,
         details,
-        notes: if cut_pixels > 0 { vec![cut] } else { Vec::new() },
+        notes: (cut_pixels > 0).then_some(cut).into_iter().chain(smaller).collect(),
         summary: format!("{}, tolerance {tolerance}", channels_name(channels)),
         lines: vec![
             format!("{samples} samples met {hits} surfaces and stretches of media"),

@@ -10,9 +10,6 @@ use crate::output::progress::Watch;
 use crate::output::written::{Written, channels_name};
 use crate::parallel::with_threads;
 
-/// Channels that a map keeps, as depth and opacity.
-const KEPT: [&str; 9] = ["Z", "ZBack", "A", "AR", "AG", "AB", "RA", "GA", "BA"];
-
 /// The command's part of the JSON document.
 #[derive(Serialize)]
 struct Details {
@@ -35,8 +32,8 @@ struct ImageDetails {
 }
 
 pub(crate) fn run(request: &Convert) -> Result<()> {
-    let Convert { input, output, part, .. } = request;
-    let mut source = MapSource::open(input, part.as_deref(), &Limits::default())?;
+    let Convert { input, output, selection, .. } = request;
+    let mut source = MapSource::open(input, selection, &Limits::default())?;
     let [width, height] = source.size();
     let mut notes = lost(&source);
     let (details, lines) = with_threads(request.effort.threads, || {
@@ -45,7 +42,7 @@ pub(crate) fn run(request: &Convert) -> Result<()> {
         let done = match &request.target {
             ConvertTarget::Map(options) => {
                 convert(&mut source, output, options, at).map(|report| {
-                    notes.extend(report.lines());
+                    notes.extend(report.lines().iter().map(|line| printable(line)));
                     (Details { samples: report.samples, image: None }, Vec::new())
                 })
             }
@@ -111,7 +108,10 @@ fn lost(source: &MapSource) -> Vec<String> {
         MapSource::Image(image) => {
             let header = image.header();
             let names = header.channels.iter().map(|channel| channel.name.as_str());
-            let names: Vec<_> = names.filter(|name| !KEPT.contains(name)).collect();
+            // Beside the opacities of all colours stands their mean.
+            let is_mean = |name: &str| name == "A" && header.read.opacity.len() == 3;
+            let is_lost = |name: &&str| !header.read.contains(name) && !is_mean(name);
+            let names: Vec<_> = names.filter(is_lost).collect();
             if !names.is_empty() {
                 lines.push(format!("lost: channels {}", printable(&names.join(", "))));
             }

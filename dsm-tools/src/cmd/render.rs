@@ -7,8 +7,10 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use deepshadow::detail::{PlainShadow, plain_shadow};
-use deepshadow::scene::detail::{Image, ImageDifference, RenderSettings, Renderer};
-use deepshadow::scene::{Scene, TracedScene, open_scene};
+use deepshadow::scene::detail::{
+    Image, ImageDifference, RenderSettings, Renderer, open_scene_with,
+};
+use deepshadow::scene::{Scene, TracedScene};
 use deepshadow::visibility::detail::BiasSummary;
 use deepshadow::visibility::{Bias, LevelChoice, Tolerance};
 use deepshadow::{Kind, Method as MapMethod, Query, Shadow, ShadowMap};
@@ -78,7 +80,7 @@ impl From<ImageDifference> for Difference {
 pub(crate) fn run(request: &Render) -> Result<()> {
     with_threads(request.effort.threads, || {
         let started = Instant::now();
-        let mut scene = open_scene(&request.scene)?;
+        let mut scene = open_scene_with(&request.scene, &request.scene_options)?;
         print_warnings(scene.warnings());
         if let Some(size) = request.light_size {
             scene.light = scene.light.with_size(size.map(f64::from))?;

@@ -64,7 +64,7 @@ fn open_and_check(path: &Path, request: &Verify) -> deepshadow::detail::Result<V
 }
 
 fn check_against(map: &ShadowMap, path: &Path, request: &Verify) -> Result<(), String> {
-    let source = MapSource::open(path, request.part.as_deref(), &Limits::default());
+    let source = MapSource::open(path, &request.selection, &Limits::default());
     let mut source = source.map_err(whole_message)?;
     let watch = Watch::start("comparing", request.quiet).map_err(whole_message)?;
     let checked = map.check_against(&mut source, |progress| watch.at(progress));

@@ -227,15 +227,17 @@ impl<'a> Summary<'a> {
         if self.attributes.is_empty() {
             return Ok(());
         }
-        let width = self.attributes.keys().map(|name| name.chars().count()).max().unwrap_or(0);
+        const WIDEST: usize = 100;
+        let shown = |text: &str| printable(text).chars().take(WIDEST).collect::<String>();
+        let names = self.attributes.keys().map(|name| name.chars().count().min(WIDEST));
+        let width = names.max().unwrap_or(0);
         writeln!(output, "\n  attributes")?;
         for (name, attribute) in self.attributes {
             let value = match attribute.as_text() {
                 Some(text) => text.to_owned(),
                 None => serde_json::to_string(attribute)?,
             };
-            let shown: String = printable(&value).chars().take(100).collect();
-            writeln!(output, "    {:<width$}  {shown}", printable(name))?;
+            writeln!(output, "    {:<width$}  {}", shown(name), shown(&value))?;
         }
         Ok(())
     }
@@ -250,8 +252,8 @@ impl LevelSummary {
             tolerance: level.tolerance,
             max_error: level.error.max,
             mean_error: level.error.mean,
-            vertices: tiles().map(|tile| tile.vertex_count).sum(),
-            bytes: tiles().map(|tile| tile.stored_length).sum(),
+            vertices: tiles().map(|tile| tile.vertex_count).fold(0, u64::saturating_add),
+            bytes: tiles().map(|tile| tile.stored_length).fold(0, u64::saturating_add),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! `bake`: scenes into maps.
 
 use std::fs;
+use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
@@ -252,4 +253,29 @@ fn an_interrupt_of_fragments_is_an_error_line() {
     let answer: Answer = child.wait_with_output().unwrap().into();
     assert!(answer.refusal().ends_with("interrupted"), "{answer:?}");
     assert_eq!(fs::read_dir(folder.path(".")).unwrap().count(), 0);
+}
+
+#[test]
+fn a_grid_of_a_volume_is_chosen() {
+    let folder = Folder::new();
+    let map = folder.path("map.dsm");
+    let volumes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../dsm-scene/tests/data/volumes");
+    let several = volumes.join("several.vdb");
+    let bake = |grid: &str| {
+        run!("bake", several, "-o", map, "--resolution", "8", "--samples", "1", "--grid", grid)
+    };
+    let bytes = |grid: &str| {
+        bake(grid).stdout();
+        fs::read(&map).unwrap()
+    };
+    assert_ne!(bytes("density:0"), bytes("flame"));
+    let refusal = bake("density");
+    assert!(refusal.refusal().contains("density:0, flame, density:1"), "{refusal:?}");
+    let refusal = bake("smoke");
+    assert!(refusal.refusal().contains("no grid is smoke"), "{refusal:?}");
+    bake(":1").is_wrong_usage("NAME:N");
+    let picture = folder.path("picture.png");
+    let scene = pane(&folder);
+    let refusal = run!("render", scene, "-o", picture, "--grid", "density");
+    assert!(refusal.refusal().contains("only a volume's file"), "{refusal:?}");
 }

@@ -249,3 +249,74 @@ fn half_opacities_say_how_far_they_are_off() {
     let stated = description(&map)["tolerance"].as_f64().unwrap();
     assert!(told.contains(&format!("; {:.6} in all", stated + 0.001)), "{told}");
 }
+
+/// An image from beside the project, or `None` and a message.
+fn given(name: &str) -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/cases/deep").join(name);
+    if !path.exists() {
+        println!("skipped: {} is not there", path.display());
+        return None;
+    }
+    Some(path)
+}
+
+#[test]
+fn channels_in_layers_are_found_and_said() {
+    let folder = Folder::new();
+    let map = folder.path("map.dsm");
+    for (name, line, has_alpha) in [
+        (
+            "layer_prefix.exr",
+            "depth from 'beauty.Z', back depth from 'beauty.ZBack', opacity from 'beauty.A'",
+            true,
+        ),
+        ("dot_prefix.exr", "depth from '.Z', opacity from '.A'", true),
+        ("layer_prefix_alpha_only.exr", "opacity from 'RGBA.A'", true),
+        (
+            "flat_blender_multilayer.exr",
+            "depth from 'ViewLayer.Depth.Z', opacity from 'ViewLayer.Combined.A'",
+            true,
+        ),
+        ("flat_blender_V.exr", "depth from 'V'", false),
+    ] {
+        let Some(image) = given(name) else { return };
+        let told = run!("convert", image, map, "--tolerance", "0").stdout();
+        assert!(told.contains(&format!("\n  {line}\n")), "{name}: {told}");
+        assert_eq!(told.contains("no alpha channel"), !has_alpha, "{name}: {told}");
+        run!("verify", map, "--against", image).stdout();
+        // Something in it lets some of the light through, if there are opacities.
+        let steps: Vec<f64> = (0..9)
+            .flat_map(|x| {
+                let told = run!("inspect", map, "--json", "--pixel", format!("{x},4")).json();
+                let vertices = told["pixel"]["vertices"].as_array().cloned().unwrap_or_default();
+                vertices.into_iter().filter_map(|vertex| vertex[1].as_f64())
+            })
+            .collect();
+        let is_partial = steps.iter().any(|&left| left > 0.0 && left < 1.0);
+        assert_eq!(is_partial, has_alpha, "{name}: {steps:?}");
+    }
+}
+
+#[test]
+fn a_layer_or_channels_are_chosen() {
+    let folder = Folder::new();
+    let map = folder.path("map.dsm");
+    let Some(image) = given("layer_prefix.exr") else { return };
+    let plain = run!("convert", image, map).stdout();
+    let chosen = run!("convert", image, map, "--layer", "beauty").stdout();
+    assert_eq!(plain, chosen);
+    let refusal = run!("convert", image, map, "--layer", "specular");
+    let refusal = refusal.refusal();
+    assert!(refusal.contains("'specular' has no depth") && refusal.contains("beauty.A beauty.Z"));
+    let told = run!("convert", image, map, "--channels", "Z=beauty.ZBack,A=").stdout();
+    assert!(told.contains("depth from 'beauty.ZBack'") && told.contains("no alpha"), "{told}");
+    assert!(told.contains("lost: channels beauty.A, beauty.Z\n"), "{told}");
+    run!("verify", map, "--against", image, "--channels", "Z=beauty.ZBack,A=").stdout();
+    let wrong = run!("verify", map, "--against", image);
+    assert!(wrong.refusal().contains("against"), "{wrong:?}");
+    run!("verify", map, "--layer", "beauty").is_wrong_usage("--against");
+    run!("convert", image, map, "--channels", "Q=beauty.Z").is_wrong_usage("none of Z, ZBack");
+    let of_map = folder.map("mono.dsm", &mono(MapInfo::default()));
+    let refusal = run!("convert", of_map, map, "--layer", "left");
+    assert!(refusal.refusal().contains("no parts, layers or channels"), "{refusal:?}");
+}

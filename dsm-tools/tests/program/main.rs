@@ -4,6 +4,7 @@
 #![cfg(test)]
 
 mod bake;
+mod cases;
 mod convert;
 mod diff;
 mod disk;

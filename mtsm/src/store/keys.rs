@@ -29,9 +29,11 @@ impl LayeredKeys {
             let reason = format!("a map of kind \"{kind}\" has no key \"coverage\"");
             return Err(Error::Metadata(reason));
         }
-        match self.layering.broken_rule() {
-            Some(rule) => Err(Error::Metadata(rule.to_owned())),
-            None => Ok(()),
-        }
+        refuse(self.layering.broken_rule())
     }
+}
+
+/// The error of a broken rule.
+pub(super) fn refuse(rule: Option<&str>) -> Result<()> {
+    rule.map_or(Ok(()), |rule| Err(Error::Metadata(rule.to_owned())))
 }

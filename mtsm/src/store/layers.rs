@@ -7,7 +7,7 @@ use dsm_io::detail::{
 };
 use dsm_io::{Codec, Error, MapSummary, Metadata, Packing, PixelContents};
 
-use super::keys::LayeredKeys;
+use super::keys::{LayeredKeys, refuse};
 use super::tile::{bytes, range_of, summary};
 use crate::depth_layers::{DepthLayers, MultilayerDepthMap};
 use crate::multilayer_settings::LayeredInfo;
@@ -45,8 +45,9 @@ impl MapKind for Layers {
     type Keys = LayeredKeys;
     type Tile<T: Transmittance> = DepthLayers<T>;
 
-    fn check(_: &Metadata, keys: &LayeredKeys) -> Result<()> {
-        keys.check(Self::NAME)
+    fn check(metadata: &Metadata, keys: &LayeredKeys) -> Result<()> {
+        keys.check(Self::NAME)?;
+        refuse(keys.layering.broken_rule_of_exact(metadata.info.tolerance))
     }
 
     fn encode<T: Transmittance>(

@@ -115,10 +115,11 @@ impl MapKind for Fragments {
     type Keys = FragmentKeys;
     type Tile<T: Transmittance> = FragmentTile<T>;
 
-    fn check(_: &Metadata, keys: &FragmentKeys) -> Result<()> {
+    fn check(metadata: &Metadata, keys: &FragmentKeys) -> Result<()> {
         let coverage = (![1, 2, 4, 8].contains(&keys.coverage))
             .then_some("the coverage of fragments must be 1, 2, 4 or 8");
-        match coverage.or(keys.layering.broken_rule()) {
+        let tolerance = metadata.info.tolerance;
+        match coverage.or(keys.layering.broken_rule_of_exact(tolerance)) {
             Some(rule) => Err(Error::Metadata(rule.to_owned())),
             None => Ok(()),
         }
@@ -298,5 +299,5 @@ where
         }
     }
     let FragmentCounts { hits, cut_pixels } = counts;
-    Ok(BakeReport { hits, cut_pixels, bytes: writer.finish()? })
+    Ok(BakeReport { hits, cut_pixels, bytes: writer.finish()?, ..BakeReport::default() })
 }

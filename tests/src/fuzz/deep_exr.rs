@@ -2,18 +2,27 @@
 
 use dsm_core::Progress;
 use dsm_io::MapSource;
-use dsm_io::deep_exr::DeepExrReader;
+use dsm_io::deep_exr::{DeepExrReader, Selection};
 use dsm_io::detail::compare;
 
 use super::limits;
 
-/// Reads all rows, in bands of 7, and makes visibility functions of them.
+/// Reads all rows, in bands of 7, and makes visibility functions of them; of a layer
+/// and of channels by name, if it has them, a row each.
 ///
 /// # Panics
 ///
 /// If a file differs from itself.
 pub fn deep_exr(bytes: &[u8]) -> bool {
     let open = || DeepExrReader::from_bytes(bytes.to_vec(), None, &limits().images);
+    let of_layer = Selection::default().layer("a");
+    let names = "Z=b.Z,A=a.A".parse().unwrap_or_default();
+    for selection in [of_layer, Selection::default().channels(names)] {
+        let reader = DeepExrReader::from_bytes(bytes.to_vec(), selection, &limits().images);
+        if let Ok(mut reader) = reader {
+            drop(reader.read_rows(0..1));
+        }
+    }
     let Ok(mut reader) = open() else { return false };
     let height = reader.header().height;
     let mut all_read = true;

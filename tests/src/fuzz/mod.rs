@@ -9,6 +9,7 @@ mod directory;
 mod header;
 mod layered;
 mod tile;
+mod vdb;
 
 use dsm_core::Rgb;
 use dsm_io::{Error, Limits, MapReader};
@@ -18,17 +19,19 @@ pub use directory::directory;
 pub use header::header;
 pub use layered::{layered, read_any_kind};
 pub use tile::tile;
+pub use vdb::vdb;
 
 /// A function of any bytes: whether they were accepted.
 pub type Target = fn(&[u8]) -> bool;
 
 /// The targets by name.
-pub const TARGETS: [(&str, Target); 5] = [
+pub const TARGETS: [(&str, Target); 6] = [
     ("header", header),
     ("directory", directory),
     ("tile", tile),
     ("layered", layered),
     ("deep_exr", deep_exr),
+    ("vdb", vdb),
 ];
 
 /// Limits under which nothing takes more than some megabytes.

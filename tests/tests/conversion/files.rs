@@ -12,7 +12,7 @@ use dsm_io::{
     convert,
 };
 
-use super::{IMAGES, converted, image, open, options};
+use super::{IMAGES, converted, image, open, options, z_turned};
 
 #[test]
 fn a_copy_has_the_same_functions_whatever_its_tiles_and_blocks() {
@@ -109,8 +109,10 @@ fn windows_cameras_and_attributes_are_kept() {
         let columns = |matrix: Option<glam::DMat4>| {
             matrix.map(|matrix| matrix.to_cols_array().map(|number| number as f32))
         };
-        // Rows of the file's row-vector matrix are columns of ours.
-        assert_eq!(columns(camera.and_then(|c| c.world_to_camera)), header.world_to_camera);
+        // Rows of the file's row-vector matrix are columns of ours, which looks down
+        // −z where OpenEXR's camera looks along +z.
+        let turned = header.world_to_camera.map(z_turned);
+        assert_eq!(columns(camera.and_then(|c| c.world_to_camera)), turned);
         assert_eq!(columns(camera.and_then(|c| c.world_to_ndc)), header.world_to_ndc);
     }
 }
@@ -159,11 +161,11 @@ fn a_part_is_chosen_by_name_and_a_map_has_none() {
     let path = image("parts.exr");
     let MapSource::Image(first) = open(&path) else { panic!("parts.exr is an image") };
     let name = first.header().part_name.clone().unwrap();
-    assert!(MapSource::open(&path, Some(&name), &limits).is_ok());
+    assert!(MapSource::open(&path, Some(name.as_str()), &limits).is_ok());
     assert!(MapSource::open(&path, Some("no such part"), &limits).is_err());
     let folder = tempfile::tempdir().unwrap();
     let map = converted(&path, folder.path(), &options(0.0, 64));
-    assert!(MapSource::open(&map, Some(&name), &limits).is_err());
+    assert!(MapSource::open(&map, Some(name.as_str()), &limits).is_err());
 }
 
 /// A map of 40 × 30 pixels in tiles of 8 of which only those in `tiles` hold

@@ -5,6 +5,7 @@
 
 mod accuracy;
 mod bound;
+mod cameras;
 mod export;
 mod export_bound;
 mod files;
@@ -31,6 +32,12 @@ const IMAGES: [&str; 9] = [
 
 fn image(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../deep-exr/tests/data").join(name)
+}
+
+/// The matrix of an image whose camera space has z the other way.
+fn z_turned(mut matrix: [f32; 16]) -> [f32; 16] {
+    matrix.iter_mut().skip(2).step_by(4).for_each(|z| *z = -*z);
+    matrix
 }
 
 fn open(path: &Path) -> MapSource {

@@ -7,6 +7,7 @@ mod differences;
 #[path = "../format/pixels.rs"]
 mod pixels;
 mod products;
+mod windows;
 
 use std::path::{Path, PathBuf};
 

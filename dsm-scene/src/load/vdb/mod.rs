@@ -29,6 +29,16 @@ pub(super) fn load(path: &Path, choice: Option<&GridChoice>) -> Result<Volume> {
     parse(&read_file(path)?, choice)
 }
 
+/// Reads the medium that is in the bytes of an OpenVDB file, as
+/// [`load_volume`](super::load_volume).
+///
+/// # Errors
+///
+/// What is wrong with the file.
+pub fn volume_from_bytes(bytes: &[u8], choice: Option<&GridChoice>) -> Result<Volume> {
+    parse(bytes, choice)
+}
+
 fn parse(bytes: &[u8], choice: Option<&GridChoice>) -> Result<Volume> {
     let grids = grids(bytes)?;
     let chosen = choose(&grids, choice)?;
