@@ -4,8 +4,8 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use deep_exr::{DeepExrWriter, DeepSample, Window};
-use dsm_core::detail::PixelWindow;
-use dsm_core::{MapInfo, PixelLists, Progress, Rgb, Tolerance};
+use dsm_core::detail::{PixelLists, PixelWindow};
+use dsm_core::{Progress, Rgb, Tolerance};
 use dsm_io::{ConvertOptions, MergeReport, WriteOptions, convert};
 
 use super::{merge, open, refusal, source};
@@ -103,7 +103,8 @@ fn what_is_no_part_is_refused_as_before() {
     assert!(refused.contains("8 × 8 pixels, 5 × 8 pixels"), "{refused}");
     // Another display window, or none.
     for display_window in [None, Some(PixelWindow { min: [0, 0], max: [63, 31] })] {
-        let info = MapInfo { display_window, ..beside().metadata().info };
+        let mut info = beside().metadata().info.clone();
+        info.display_window = display_window;
         let pixels = PixelLists::<Rgb>::clear(4, 8);
         let path = folder.path().join("other.dsm");
         let other = super::write(&path, &pixels, info, WriteOptions::default());
