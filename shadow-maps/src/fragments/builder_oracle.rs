@@ -121,7 +121,7 @@ fn naive<T: Transmittance>(
         first.met.opacity == hit.met.opacity
             && match (first.gradient, hit.gradient) {
                 (None, None) => hit.w - first.w <= near(0.2),
-                (Some(a), Some(b)) => off(a) <= near(0.05) && off(b) <= near(0.05),
+                (Some(a), Some(b)) => off(a) <= near(0.01) && off(b) <= near(0.01),
                 _ => false,
             }
     };

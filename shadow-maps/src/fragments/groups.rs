@@ -7,7 +7,7 @@ use super::fragment::Fragment;
 /// How far two hits of a pixel may lie from each other's planes and still be one
 /// fragment: in sides of a pixel at their depth. More, and lit surfaces shade
 /// themselves.
-const SAME_PLANE: f64 = 0.05;
+pub(crate) const SAME_PLANE: f64 = 0.01;
 
 /// The same for hits without a normal, whose depth within the pixel is unknown.
 const SAME_DEPTH: f64 = 0.2;

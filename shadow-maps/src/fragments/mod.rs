@@ -1,6 +1,7 @@
 //! Maps of fragments: planes with coverage masks, built from hits and traced
 //! for soft shadows.
 
+mod apex;
 mod block_hits;
 mod builder;
 #[cfg(test)]
@@ -9,6 +10,7 @@ mod builder_oracle;
 mod colours;
 mod columns;
 mod cone;
+mod far_field;
 mod far_table;
 mod fragment;
 mod frontier;
@@ -24,7 +26,10 @@ mod oracle;
 mod packed;
 mod packet;
 mod range_tree;
+#[cfg(test)]
+mod receivers;
 mod store;
+mod surface;
 mod tracer;
 mod visit_order;
 
