@@ -9,8 +9,8 @@ use super::fragment::Fragment;
 use super::packed::{PackedBuilder, PackedFragments};
 use super::range_tree::RangeTree;
 
-/// Half of the squares of a pixel: what covers as many is coherent.
-const HALF: u32 = 32;
+/// Nearly all squares of a pixel: what covers as many is coherent.
+const FULL: u32 = 60;
 
 /// Fragments of a pixel that lie no farther apart belong together: in sides of a pixel at
 /// their depth.
@@ -21,7 +21,7 @@ const TOGETHER: f32 = 2.0;
 /// Sums of optical depth serve what is fine: strands, and leaves smaller than a pixel,
 /// where a ray's chance to meet one is what counts. A surface that fills a pixel is met
 /// by every ray through it, or by none beside it: such fragments, and those that fill
-/// half a pixel together without overlap, are traced one by one at any distance.
+/// a pixel together without overlap, are traced one by one at any distance.
 #[derive(Debug)]
 pub(crate) struct FarField {
     pub(crate) table: FarTable,
@@ -87,7 +87,7 @@ fn mark<T: Transmittance>(list: &[Fragment<T>], footprint: f32, flags: &mut Vec<
             squares += list[first].coverage.count_ones();
             let filled = covered.count_ones();
             // Pieces of a surface do not overlap, as strands before each other do.
-            if filled >= HALF && squares - filled <= filled / 8 {
+            if filled >= FULL && squares - filled <= filled / 8 {
                 flags[first..=last].fill(true);
                 break;
             }
@@ -101,7 +101,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_fills_half_a_pixel_is_coherent() {
+    fn what_fills_a_pixel_is_coherent() {
         let one = |w: f32, coverage: u64| Fragment {
             w,
             gradient: Some([0.0; 2]),
@@ -116,15 +116,15 @@ mod tests {
             mark(list, footprint, &mut flags);
             flags.clone()
         };
-        assert_eq!(marks(&[one(0.2, u64::MAX), one(0.3, 0xff)]), [true, false]);
-        // Quarters: two that lie together, and one that lies behind.
-        let (a, b) = (0xffff, 0xffff_0000);
+        assert_eq!(marks(&[one(0.2, u64::MAX), one(0.3, u64::MAX >> 8)]), [true, false]);
+        // Halves: two that lie together, and one that lies behind.
+        let (a, b) = (0xffff_ffff, !0xffff_ffff);
         assert_eq!(marks(&[one(0.2, a), one(0.3, a), one(0.301, b)]), [false, true, true]);
-        assert_eq!(marks(&[one(0.3, a), one(0.301, a)]), [false, false], "the same quarter");
-        // As strands do: half is filled, by three that overlap.
-        let strands = [one(0.3, 0x7fff), one(0.3005, 0x3f_ff80), one(0.301, 0x1f_ffff_e000)];
-        assert_eq!(marks(&strands), [false; 3]);
+        assert_eq!(marks(&[one(0.3, a), one(0.301, a)]), [false, false], "the same half");
         assert_eq!(marks(&[one(0.3, a), one(0.4, b)]), [false, false]);
+        // As strands do: it is filled, by three that overlap.
+        let strands = [one(0.3, a), one(0.3005, a << 16), one(0.301, b)];
+        assert_eq!(marks(&strands), [false; 3]);
         assert_eq!(marks(&[]), [] as [bool; 0]);
     }
 }
