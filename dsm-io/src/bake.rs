@@ -70,7 +70,7 @@ impl BakeOptions {
 
 /// Counts of a bake of any kind of map, and the length of its file, as [`bake`]
 /// reports them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BakeReport {
     /// Hits of all samples, with those on the borders of tiles that a wide
     /// filter samples again.
@@ -78,6 +78,9 @@ pub struct BakeReport {
     /// Pixels of which layers were left out, because they had too many: of kinds
     /// that bound them.
     pub cut_pixels: u64,
+    /// The most light that one of them lets through too much by that, and the mean over all
+    /// pixels, in [0, 1]: where it is known, else 0.
+    pub gained: [f32; 2],
     /// Length of the file in bytes.
     pub bytes: u64,
 }
@@ -180,7 +183,7 @@ where
             source.hits.into_inner()
         }
     };
-    Ok(BakeReport { hits, cut_pixels: 0, bytes: writer.finish()? })
+    Ok(BakeReport { hits, cut_pixels: 0, gained: [0.0; 2], bytes: writer.finish()? })
 }
 
 /// Bakes level 0 tile by tile; the number of hits.

@@ -76,12 +76,12 @@ impl Job<'_> {
         tolerance: Tolerance,
         baked: dsm_io::BakeReport,
     ) -> BakeReport {
-        let dsm_io::BakeReport { hits, cut_pixels, bytes, .. } = baked;
+        let dsm_io::BakeReport { hits, cut_pixels, gained, bytes, .. } = baked;
         let [width, height] = self.settings.resolution;
         let [left, top, right, bottom] = self.settings.crop.unwrap_or([0, 0, width, height]);
         let pixels = u64::from(right - left) * u64::from(bottom - top);
         let samples = pixels * u64::from(per_pixel);
         let (tolerance, channels) = (tolerance.epsilon(), T::CHANNELS);
-        BakeReport { samples, hits, cut_pixels, tolerance, channels, bytes }
+        BakeReport { samples, hits, cut_pixels, gained, tolerance, channels, bytes }
     }
 }

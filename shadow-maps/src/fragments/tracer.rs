@@ -127,9 +127,9 @@ pub struct TraceScratch {
 
 impl<T: Transmittance> FragmentTracer<T> {
     /// Coarse pixels that rays move before a far table takes over. What is nearer is
-    /// what a receiver itself is part of: of a ball of hair with 0.5 strands have an RMSE of
-    /// 0.012, with 1.125 of 0.005 and two thirds of the speed.
-    pub const NEAR_CELLS: f32 = 0.5;
+    /// what a receiver itself is part of: with 0.5 strands of a ball of hair have an RMSE
+    /// of 0.012, with 1.125 of 0.005 and two thirds of the speed.
+    pub const NEAR_CELLS: f32 = 1.125;
 
     /// A tracer of `map`: 256 rays a light. It keeps fragments of its own, in other
     /// places than the map. O(pixels + fragments · log fragments of a block).
@@ -226,7 +226,7 @@ impl<T: Transmittance> FragmentTracer<T> {
         Self { far, near_cells: cells.max(0.0), ..self }
     }
 
-    /// Sets a far table ([`Self::with_far_table`]) beyond half a coarse pixel if it does as
+    /// Sets a far table ([`Self::with_far_table`]) beyond one coarse pixel if it does as
     /// well as fragments all the way for `light`, 64 receivers on fragments and 64 on the
     /// farthest of their pixels: in their means within 0.003, and at their root mean
     /// square within 0.0095.
