@@ -71,7 +71,7 @@ impl BakeOptions {
 
 /// Counts of a bake of any kind of map, and the length of its file, as [`bake`]
 /// reports them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BakeReport {
     /// Hits of all samples, with those on the borders of tiles that a wide
     /// filter samples again.
@@ -79,6 +79,9 @@ pub struct BakeReport {
     /// Pixels of which layers were left out, because they had too many: of kinds
     /// that bound them.
     pub cut_pixels: u64,
+    /// The most light that one of them lets through too much by that, and the mean over all
+    /// pixels, in [0, 1]: where it is known, else 0.
+    pub gained: [f32; 2],
     /// Length of the file in bytes.
     pub bytes: u64,
     /// Width and height that tiles were cut down to, because larger ones would have

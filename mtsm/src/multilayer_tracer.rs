@@ -4,7 +4,9 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use dsm_core::{AreaLight, Error, LightVisibility, OcclusionTracer, Transmittance};
+use dsm_core::{
+    AreaLight, Error, Facing, LightVisibility, OcclusionTracer, ShadedPoint, Transmittance,
+};
 use dsm_trace::detail::{
     LightFrame, LightMean, MinMaxBuilder, TraceCounters, TraceStatistics, walk_every_pixel,
 };
@@ -176,18 +178,37 @@ impl<M: TracedMap> MultilayerTracer<M> {
         self.counters.get()
     }
 
+    /// Where a ray starts: by a pixel beyond what its receiver lies on; if it goes through
+    /// that, as it is on the side that is turned from the light, before it, by as much as
+    /// its layers may lie deeper in their pixels.
+    fn start(&self, receiver: DVec3, light: DVec3, facing: Facing) -> f64 {
+        let point = self.frame.camera_point(receiver);
+        let side = self.frame.footprint(point.z) + self.settings.depth_threshold;
+        let Facing::Surface(normal) = facing else { return side };
+        if (light - receiver).dot(normal) >= 0.0 {
+            return side;
+        }
+        let slope = self.frame.project(receiver).and_then(|place| {
+            let normal = self.frame.basis().transpose() * normal;
+            self.frame.plane(place.x, place.y, point.z, normal)
+        });
+        let [x, y] = slope.unwrap_or([0.0; 2]).map(f64::abs);
+        // Half a pixel to either side; no more than the depth that there is.
+        let deeper = (0.5 * (x + y) * point.z * point.z).min(0.5 * point.z);
+        let away = self.frame.camera_point(light) - point;
+        -(side + deeper * away.length() / away.z.abs().max(f64::MIN_POSITIVE))
+    }
+
     /// The ray within the map; where it leaves that is counted.
     fn shadow_ray(
         &self,
         receiver: DVec3,
         light: DVec3,
+        facing: Facing,
         counted: &mut TraceStatistics,
     ) -> Option<ShadowRay> {
         counted.rays += 1;
-        let start = self.settings.start.unwrap_or_else(|| {
-            let depth = self.frame.camera_point(receiver).z;
-            self.frame.footprint(depth) + self.settings.depth_threshold
-        });
+        let start = self.settings.start.unwrap_or_else(|| self.start(receiver, light, facing));
         let is_deeper = self.frame.camera_point(receiver).z > self.frame.light_depth();
         counted.behind_light += u64::from(!is_deeper);
         let ray = self.frame.ray(receiver, light, start)?;
@@ -200,11 +221,12 @@ impl<M: TracedMap> MultilayerTracer<M> {
         &self,
         pixels: &M::Reader<'_>,
         [receiver, light]: [DVec3; 2],
+        facing: Facing,
         counted: &mut TraceStatistics,
     ) -> Result<Sum<M>, M::Error> {
         let mut left = RayLight::<M::Value>::new(self.settings.rule, self.floor);
         let mut failed = None;
-        if let Some(ray) = self.shadow_ray(receiver, light, counted) {
+        if let Some(ray) = self.shadow_ray(receiver, light, facing, counted) {
             let _ = walk_pixels(&self.pyramid, &ray, &mut |pixel: [u32; 2], enter, leave| {
                 let interval = Interval::new(enter, leave, self.settings.depth_threshold);
                 let passed =
@@ -234,7 +256,8 @@ impl<M: TracedMap> MultilayerTracer<M> {
     ) -> Result<M::Value, M::Error> {
         let mut left = RayLight::<M::Value>::new(self.settings.rule, self.floor);
         let (pixels, mut failed) = (self.map.reader(), None);
-        if let Some(ray) = self.shadow_ray(receiver, light, &mut TraceStatistics::default()) {
+        let mut counted = TraceStatistics::default();
+        if let Some(ray) = self.shadow_ray(receiver, light, Facing::Light, &mut counted) {
             let size = self.frame.size();
             walk_every_pixel(size, &ray, &mut |pixel: [u32; 2], enter, leave| {
                 let interval = Interval::new(enter, leave, self.settings.depth_threshold);
@@ -259,7 +282,7 @@ impl<M: TracedMap> OcclusionTracer for MultilayerTracer<M> {
         _time: f64,
     ) -> Result<M::Value, M::Error> {
         let mut counted = TraceStatistics::default();
-        let left = self.trace(&self.map.reader(), [receiver, light], &mut counted);
+        let left = self.trace(&self.map.reader(), [receiver, light], Facing::Light, &mut counted);
         self.counters.add(counted);
         left.map(M::Value::from_sum)
     }
@@ -275,12 +298,34 @@ impl<M: TracedMap> LightVisibility for MultilayerTracer<M> {
         light: &AreaLight,
         seed: u64,
     ) -> Result<M::Value, M::Error> {
+        self.visibility_of(&ShadedPoint { position: receiver, facing: Facing::Light, seed }, light)
+    }
+
+    fn visibilities(
+        &self,
+        points: &[ShadedPoint],
+        light: &AreaLight,
+        values: &mut Vec<M::Value>,
+    ) -> Result<(), M::Error> {
+        points.iter().try_for_each(|point| {
+            values.push(self.visibility_of(point, light)?);
+            Ok(())
+        })
+    }
+}
+
+impl<M: TracedMap> MultilayerTracer<M> {
+    fn visibility_of(
+        &self,
+        &ShadedPoint { position, facing, seed }: &ShadedPoint,
+        light: &AreaLight,
+    ) -> Result<M::Value, M::Error> {
         let pixels = self.map.reader();
         let mut counted = TraceStatistics::default();
         let mut mean = LightMean::<M::Value>::new();
-        let mut points = light.samples(receiver, self.settings.rays, seed);
+        let mut points = light.samples(position, self.settings.rays, seed);
         let traced = points.try_for_each(|point| {
-            mean.add_sum(self.trace(&pixels, [receiver, point], &mut counted)?);
+            mean.add_sum(self.trace(&pixels, [position, point], facing, &mut counted)?);
             Ok(())
         });
         self.counters.add(counted);

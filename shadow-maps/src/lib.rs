@@ -17,7 +17,7 @@ pub mod detail {
             columns::FragmentColumns,
             fragment::Fragment,
             map::FragmentMap,
-            store::{FragmentKeys, FragmentTile, Fragments, bake_fragments},
+            store::{Folded, FragmentKeys, FragmentTile, Fragments, bake_fragments},
             tracer::{FragmentTracer, TraceScratch},
         },
         plain::{blocking::Blocking, shadow::PercentageCloserShadow},

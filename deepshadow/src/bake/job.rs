@@ -75,12 +75,12 @@ impl Job<'_> {
         tolerance: Tolerance,
         baked: dsm_io::detail::BakeReport,
     ) -> BakeReport {
-        let dsm_io::detail::BakeReport { hits, cut_pixels, bytes, smaller_tiles } = baked;
+        let dsm_io::detail::BakeReport { hits, cut_pixels, gained, bytes, smaller_tiles } = baked;
         let [width, height] = self.settings.resolution;
         let [left, top, right, bottom] = self.settings.crop.unwrap_or([0, 0, width, height]);
         let pixels = u64::from(right - left) * u64::from(bottom - top);
         let samples = pixels * u64::from(per_pixel);
         let (tolerance, channels) = (tolerance.epsilon(), T::CHANNELS);
-        BakeReport { samples, hits, cut_pixels, tolerance, channels, bytes, smaller_tiles }
+        BakeReport { samples, hits, cut_pixels, gained, tolerance, channels, bytes, smaller_tiles }
     }
 }

@@ -26,6 +26,10 @@ pub struct BakeReport {
     pub hits: u64,
     /// Pixels with more layers than the map keeps.
     pub cut_pixels: u64,
+    /// The most light that one of them lets through too much by that, and the mean over all
+    /// pixels, in [0, 1]: of kind `fragments`, else 0. It is too much between the layers that
+    /// became one, and none behind them.
+    pub gained: [f32; 2],
     /// The bound of the error of every visibility function.
     pub tolerance: f32,
     /// Numbers a value: 1 or 3.

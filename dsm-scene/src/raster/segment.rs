@@ -52,7 +52,7 @@ impl<const KEYS: usize> RaySegment<KEYS> {
 impl<const KEYS: usize> Primitive for RaySegment<KEYS> {
     type Outline = Outline<KEYS, 2>;
 
-    const HAS_NORMAL: bool = false;
+    const HAS_NORMAL: bool = true;
     const MOVES: bool = KEYS > 1;
 
     fn outline(&self, rays: &Rays) -> Option<Self::Outline> {
@@ -62,8 +62,16 @@ impl<const KEYS: usize> Primitive for RaySegment<KEYS> {
         if thick && sound { Outline::project(rays, &self.ends) } else { None }
     }
 
-    fn normal(&self, _: &Rays, _: f32) -> Option<Vec3> {
-        None
+    /// That of the ribbon which faces the camera.
+    fn normal(&self, rays: &Rays, time: f32) -> Option<Vec3> {
+        let (open, close) = (&self.ends[0], &self.ends[KEYS - 1]);
+        let [a, b] = [0, 1].map(|end| {
+            let [open, close] = [open, close].map(|key| key[end].camera_point(rays));
+            open.lerp(close, time.into())
+        });
+        let along = (b - a).try_normalize()?;
+        let middle = (a + b) / 2.0;
+        (middle - along * middle.dot(along)).try_normalize().map(|normal| normal.as_vec3())
     }
 
     fn corners(&self) -> &[Corner] {

@@ -1,7 +1,8 @@
 //! The switches that choose what is read of an image.
 
 use clap::Args;
-use deepshadow::files::deep_exr::{ChannelNames, Selection};
+use deepshadow::files::deep_exr::Selection;
+use deepshadow::files::deep_exr::detail::ChannelNames;
 
 /// Part, layer and channels of an OpenEXR image.
 #[derive(Debug, Args)]

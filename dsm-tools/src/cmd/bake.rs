@@ -31,6 +31,7 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
         samples: report.samples,
         hits: report.hits,
         cut_pixels: report.cut_pixels,
+        gained: report.gained,
         scene_s: opened.as_secs_f64(),
         bake_s: (started.elapsed() - opened).as_secs_f64(),
         warnings: scene.warnings(),
@@ -40,7 +41,14 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
     let [left, top, right, bottom] = request.settings.crop.unwrap_or([0, 0, width, height]);
     // 1 or 3.
     let channels = report.channels as u8;
-    let cut = format!("{cut_pixels} pixels have more layers than --layers keeps");
+    let mut cut = format!("{cut_pixels} pixels have more layers than --layers keeps");
+    let [most, mean] = report.gained;
+    if most > 0.0 {
+        cut += &format!(
+            ": the last stands for the rest, and between them up to {most:.4} of the light is \
+             too much, {mean:.4} in the mean over the map"
+        );
+    }
     let tile = request.settings.tile_size;
     let smaller = report.smaller_tiles.map(|size| {
         format!(
@@ -73,6 +81,9 @@ struct Details<'a> {
     hits: u64,
     /// Pixels of a layered map with more layers than were kept.
     cut_pixels: u64,
+    /// The most light that they let through too much between the layers that became one,
+    /// and the mean over all pixels.
+    gained: [f32; 2],
     /// Seconds to open the scene.
     scene_s: f64,
     bake_s: f64,

@@ -63,12 +63,17 @@ pub struct FragmentBuilder {
 }
 
 /// Counts of the samples and hits that a map of fragments was built from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FragmentCounts {
     /// Surfaces that the samples met.
     pub hits: u64,
-    /// Pixels of which fragments were left out because there were too many.
+    /// Pixels with more fragments than are kept: the rest are one with the last.
     pub cut_pixels: u64,
+    /// The most light that any of them lets through too much, to some depth between those
+    /// that became one: the mean over the pixel, in [0, 1]. Behind all it is 0.
+    pub most_gained: f64,
+    /// The same in the mean over all pixels of the map.
+    pub mean_gained: f64,
 }
 
 /// What a thread builds with; keeps its memory from block to block.
@@ -124,8 +129,9 @@ impl FragmentBuilder {
     }
 
     /// Sets the maximum number of fragments a pixel: the nearest to the light are
-    /// kept (Xie et al. 2007, §4.2). Where a pixel shows more, shadows get
-    /// lighter.
+    /// kept (Xie et al. 2007, §4.2). Where a pixel shows more, the last one stands for the
+    /// rest, at the farthest of them: as much light gets past all, and more to what lies
+    /// between them ([`FragmentCounts::most_gained`]).
     ///
     /// # Errors
     ///
@@ -200,6 +206,7 @@ impl FragmentBuilder {
         let grid = SampleGrid::new(self.coverage, self.frame.footprint(1.0));
         let mut map = FragmentColumns::new();
         let mut counts = FragmentCounts::default();
+        let pixels = f64::from(width) * f64::from(height);
         // A row of tiles at a time, so that no more is held twice.
         let rows = u64::from(height.div_ceil(TILE));
         for (row, top) in (0..).zip((0..height).step_by(TILE as usize)) {
@@ -218,6 +225,8 @@ impl FragmentBuilder {
             for block in &blocks {
                 counts.hits += block.counts.hits;
                 counts.cut_pixels += block.counts.cut_pixels;
+                counts.most_gained = counts.most_gained.max(block.counts.most_gained);
+                counts.mean_gained += block.counts.mean_gained / pixels;
             }
             for y in 0..TILE.min(height - top) {
                 blocks.iter().try_for_each(|block| append(&mut map, block, y))?;
@@ -252,12 +261,14 @@ impl FragmentBuilder {
         }
         block.fill(&self.frame, &samples, hits);
         let mut fragments = Vec::new();
-        let mut counts = FragmentCounts { hits: hits.surface_count() as u64, cut_pixels: 0 };
+        let mut counts = FragmentCounts { hits: hits.surface_count() as u64, ..Default::default() };
         let per_pixel = samples.samples_per_pixel();
         let ends = (0..size[0] * size[1]).map(|pixel| {
             let hits = block.pixel(pixel * per_pixel, (pixel + 1) * per_pixel);
-            let is_cut = grouping.append(grid, hits, self.layers, &mut fragments);
+            let (is_cut, gained) = grouping.append(grid, hits, self.layers, &mut fragments);
             counts.cut_pixels += u64::from(is_cut);
+            counts.most_gained = counts.most_gained.max(gained);
+            counts.mean_gained += gained;
             fragments.len() as u32
         });
         let ends = ends.collect();

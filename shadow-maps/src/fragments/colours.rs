@@ -78,7 +78,7 @@ proptest! {
     }
 }
 
-/// Small leaves all over a cube: green ones, which keep red and blue light from
+/// Leaves smaller than a pixel all over a cube: green ones, which keep red and blue light from
 /// passing, and some of other colours.
 fn leaves(size: u32) -> FragmentMap<Rgb> {
     let mut state = 7_u32;
@@ -87,13 +87,13 @@ fn leaves(size: u32) -> FragmentMap<Rgb> {
         f64::from(state >> 8) / 16_777_216.0
     };
     let mut pixels = vec![Vec::new(); (size * size) as usize];
-    for leaf in 0..size * size {
+    for leaf in 0..2 * size * size {
         let (x, y) = ((next() * f64::from(size)) as usize, (next() * f64::from(size)) as usize);
         let opacity = match leaf % 4 {
             0 => Rgb::new(0.0, 0.75, 0.25),
             _ => Rgb::new(0.75, 0.125, 0.5),
         };
-        let coverage = u64::MAX >> (next() * 48.0) as u32;
+        let coverage = u64::MAX >> (34.0 + next() * 24.0) as u32;
         let w = 0.25 + 0.25 * next() as f32;
         pixels[y * size as usize + x].push(Fragment {
             w,

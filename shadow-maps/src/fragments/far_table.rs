@@ -3,9 +3,10 @@
 use dsm_core::Transmittance;
 use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdFloat, SimdInt, SimdMask, f32x16, i32x16};
 
+use super::apex::Apex;
 use super::lane_count::LANES;
 use super::packed::PackedFragments;
-use super::packet::{Apex, Packet};
+use super::packet::Packet;
 
 /// Slices between the least and the greatest w of a map.
 const SLICES: usize = 64;
@@ -315,6 +316,7 @@ mod tests {
     use super::super::oracle::frame;
     use super::super::packet::Starts;
     use super::*;
+    use dsm_core::Facing;
     use dsm_trace::ShadowRay;
     use dsm_trace::detail::walk_every_pixel;
     use fearless_simd::{Level, dispatch};
@@ -367,7 +369,7 @@ mod tests {
         for index in 0..60 {
             let shift = f64::from(index) / 60.0 - 0.5;
             let receiver = DVec3::new(2.0 * shift, 1.3 * shift, -4.5);
-            let apex = Apex::new(&frame, receiver).unwrap();
+            let apex = Apex::new(&frame, receiver, Facing::Light).unwrap().without_surface();
             let lights: Vec<_> = (0..16)
                 .map(|at| DVec3::new(0.3 * f64::from(at % 4) - 0.4, 0.2 * f64::from(at / 4), 0.0))
                 .collect();

@@ -2,8 +2,9 @@
 
 use fearless_simd::Simd;
 
+use super::apex::Apex;
 use super::cone::Cone;
-use super::packet::{Apex, Packet};
+use super::packet::Packet;
 use super::range_tree::{Block, ConeTest, RangeTree, bits};
 
 /// Blocks that a group of rays is narrowed to before its packets look.

@@ -3,8 +3,9 @@
 use dsm_core::Transmittance;
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x16};
 
+use super::apex::Distances;
 use super::cone::Cone;
-use super::kernel::{Stage, beyond};
+use super::kernel::Stage;
 use super::packet::Reach;
 use super::range_tree::{Block, bits};
 
@@ -46,9 +47,8 @@ pub(crate) fn is_blocked<S: Simd, T: Transmittance>(
             let chunk = fragments.chunk::<T>(group, chunk);
             let some = chunk.planes(simd);
             let [along_x, along_y] = some.gradient;
-            let [beyond_x, beyond_y] = beyond(simd, apex, block, some.at);
-            let distance =
-                (some.w - apex.w) + (along_x * (beyond_x - 0.5) + along_y * (beyond_y - 0.5));
+            let Distances { beyond: [beyond_x, beyond_y], distance, doubtful } =
+                apex.distances(simd, block, &some);
             // Bounds over all slopes.
             let [[x0, x1], [y0, y1]] = cone.slopes;
             let (a, b) = (along_x * x0, along_x * x1);
@@ -66,7 +66,7 @@ pub(crate) fn is_blocked<S: Simd, T: Transmittance>(
             let lower = beyond_y + (first * y1).max(last * y1);
             let places =
                 left.min(upper).simd_gt(splat(ROOM)) & right.max(lower).simd_lt(splat(1.0 - ROOM));
-            let candidates = (times & places).to_bitmask() as u32 & some.lanes;
+            let candidates = (times & places).to_bitmask() as u32 & some.lanes & !doubtful;
             let first = first.to_array();
             let dark = |at: usize| {
                 let start = reach.starts[usize::from(chunk.is_facing(at))];
@@ -87,13 +87,15 @@ pub(crate) fn is_blocked<S: Simd, T: Transmittance>(
 mod tests {
     use std::marker::PhantomData;
 
+    use dsm_core::Facing;
     use fearless_simd::{Level, dispatch};
     use glam::DVec3;
 
+    use super::super::apex::Apex;
     use super::super::fragment::Fragment;
     use super::super::oracle::{frame, map};
     use super::super::packed::PackedFragments;
-    use super::super::packet::{Apex, Packet, Starts};
+    use super::super::packet::{Packet, Starts};
     use super::super::range_tree::RangeTree;
     use super::*;
 
@@ -122,7 +124,7 @@ mod tests {
             map.pixel(x, y).map(|some| some.range()).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
         });
         let receiver = frame.unproject(2.0 + place[0], 5.0 + place[1], 5.0);
-        let apex = Apex::new(&frame, receiver).unwrap();
+        let apex = Apex::new(&frame, receiver, Facing::Light).unwrap().without_surface();
         let (tree, fragments, value) = (&tree, &fragments, PhantomData::<f32>);
         let stage = Stage { fragments, value, tree, apex: &apex, least: 1e-3 };
         dispatch!(Level::new(), simd => {

@@ -2,12 +2,13 @@
 
 use dsm_core::Transmittance;
 
+use super::fold::fold;
 use super::fragment::Fragment;
 
 /// How far two hits of a pixel may lie from each other's planes and still be one
 /// fragment: in sides of a pixel at their depth. More, and lit surfaces shade
 /// themselves.
-const SAME_PLANE: f64 = 0.05;
+pub(crate) const SAME_PLANE: f64 = 0.01;
 
 /// The same for hits without a normal, whose depth within the pixel is unknown.
 const SAME_DEPTH: f64 = 0.2;
@@ -27,7 +28,6 @@ pub(crate) struct PixelHit<T> {
 #[derive(Clone, Copy, Debug)]
 struct Group<T> {
     first: PixelHit<T>,
-    nearest: f64,
     coverage: u64,
 }
 
@@ -67,17 +67,19 @@ impl SampleGrid {
 #[derive(Debug)]
 pub(crate) struct Grouping<T> {
     groups: Vec<Group<T>>,
+    pixel: Vec<Fragment<T>>,
 }
 
 impl<T> Default for Grouping<T> {
     fn default() -> Self {
-        Self { groups: Vec::new() }
+        Self { groups: Vec::new(), pixel: Vec::new() }
     }
 }
 
 impl<T: Transmittance> Grouping<T> {
-    /// Appends the fragments of a pixel's hits, at most `most`, the farthest
-    /// first; whether there were more. Hits come with growing w. O(h) for h hits
+    /// Appends the fragments of a pixel's hits, the farthest first; whether there were
+    /// more than `most`, of which the last then holds the rest, and the light that this
+    /// gains ([`fold`]). Hits come with growing w. O(h) for h hits
     /// where few fragments overlap in depth, else O(h) for each of those.
     pub(crate) fn append(
         &mut self,
@@ -85,31 +87,26 @@ impl<T: Transmittance> Grouping<T> {
         hits: impl Iterator<Item = PixelHit<T>>,
         most: u32,
         fragments: &mut Vec<Fragment<T>>,
-    ) -> bool {
-        let groups = &mut self.groups;
+    ) -> (bool, f64) {
+        let Self { groups, pixel } = self;
         groups.clear();
         for hit in hits {
             let squares = grid.squares[usize::from(hit.sample)];
             match find(groups, &hit, squares, grid) {
-                Some(group) => {
-                    group.coverage |= squares;
-                    group.nearest = hit.w;
-                }
-                None => groups.push(Group { first: hit, nearest: hit.w, coverage: squares }),
+                Some(group) => group.coverage |= squares,
+                None => groups.push(Group { first: hit, coverage: squares }),
             }
         }
-        let is_cut = groups.len() > most as usize;
-        if is_cut {
-            groups.sort_by(|a, b| b.nearest.total_cmp(&a.nearest));
-            groups.truncate(most as usize);
-        }
-        let first = fragments.len();
-        fragments.extend(groups.iter().map(|group| fragment(group, grid)));
-        fragments[first..].sort_by(|a, b| {
+        pixel.clear();
+        pixel.extend(groups.iter().map(|group| fragment(group, grid)));
+        pixel.sort_by(|a, b| {
             let key = |one: &Fragment<T>| (one.coverage, one.opacity.channel(0).to_bits());
             a.w.total_cmp(&b.w).then_with(|| key(a).cmp(&key(b)))
         });
-        is_cut
+        let is_cut = pixel.len() > most as usize;
+        let gained = fold(pixel, most as usize);
+        fragments.append(pixel);
+        (is_cut, gained)
     }
 }
 

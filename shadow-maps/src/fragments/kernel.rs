@@ -6,12 +6,13 @@ use std::marker::PhantomData;
 use dsm_core::Transmittance;
 use fearless_simd::{Simd, SimdBase, SimdMask, f32x16};
 
+use super::apex::{Apex, Distances};
 use super::cone::Cone;
 use super::frontier::Frontier;
 use super::lanes::Lanes;
 use super::packed::PackedFragments;
-use super::packet::Apex;
 use super::range_tree::{Block, ConeTest, RangeTree, RayTest, bits};
+use super::surface::CELL;
 use super::visit_order::VisitOrder;
 
 /// Blocks that wait to be visited. Keeps its memory: never more than 16 of each
@@ -117,19 +118,6 @@ fn trace_alone<S: Simd, T: Transmittance>(
     }
 }
 
-/// The corners of pixels of a block, in pixels before the apex.
-#[inline(always)]
-pub(crate) fn beyond<S: Simd>(
-    simd: S,
-    apex: &Apex,
-    block: Block,
-    at: [f32x16<S>; 2],
-) -> [f32x16<S>; 2] {
-    let corner = block.at.map(|at| 4.0 * at as f32);
-    let place = apex.place.map(|at| f32x16::splat(simd, at));
-    [place[0] - (at[0] + corner[0]), place[1] - (at[1] + corner[1])]
-}
-
 /// The fragments of a block against one ray for u in `range`, 16 at a time, as
 /// [`Lanes::meet`] does for one fragment and 16 rays. Tells whether the ray has
 /// ended.
@@ -154,9 +142,8 @@ fn meet_block_alone<S: Simd, T: Transmittance>(
             let chunk = fragments.chunk::<T>(group, chunk);
             let some = chunk.planes(simd);
             let [along_x, along_y] = some.gradient;
-            let [beyond_x, beyond_y] = beyond(simd, apex, block, some.at);
-            let distance =
-                (some.w - apex.w) + (along_x * (beyond_x - 0.5) + along_y * (beyond_y - 0.5));
+            let Distances { beyond: [beyond_x, beyond_y], distance, doubtful } =
+                apex.distances(simd, block, &some);
             let closing = splat(1.0) - (along_x * slope[0] + along_y * slope[1]);
             let u = distance / closing;
             let x = (u * slope[0] + beyond_x) * 8.0;
@@ -169,10 +156,16 @@ fn meet_block_alone<S: Simd, T: Transmittance>(
                 continue;
             }
             let (u, x, y) = (u.to_array(), x.to_array(), y.to_array());
+            let (beyond_x, beyond_y) = (beyond_x.to_array(), beyond_y.to_array());
             let mut any = false;
             for at in bits(hits) {
                 let bit = ((y[at] as u32) << 3) | x[at] as u32;
                 let covered = chunk.coverage::<T>(at) >> (bit & 63) & 1 == 1;
+                let beyond = [beyond_x[at], beyond_y[at]];
+                let covered = covered
+                    && !(doubtful >> at & 1 == 1
+                        && (u[at] * slope[0]).abs().max((u[at] * slope[1]).abs()) < CELL
+                        && apex.is_neighbour(chunk.w(at), chunk.coverage::<T>(at), beyond));
                 if covered && u[at] >= start[usize::from(chunk.is_facing(at))] {
                     any = true;
                     lanes.take_alone::<T>(lane, |channel| chunk.opacity(at, channel));
@@ -204,7 +197,8 @@ fn meet_block<S: Simd, T: Transmittance>(
             let chunk = fragments.chunk::<T>(group, chunk);
             let some = chunk.planes(simd);
             let [along_x, along_y] = some.gradient;
-            let [beyond_x, beyond_y] = beyond(simd, apex, block, some.at);
+            let Distances { beyond: [beyond_x, beyond_y], distance, doubtful } =
+                apex.distances(simd, block, &some);
             let away = some.w - apex.w;
             let reach = (along_x.abs() + along_y.abs()) * 0.502 + some.w.abs() * 2e-6;
             let (first, last) =
@@ -213,7 +207,6 @@ fn meet_block<S: Simd, T: Transmittance>(
             if candidates == 0 {
                 continue;
             }
-            let distance = away + (along_x * (beyond_x - 0.5) + along_y * (beyond_y - 0.5));
             let distance = distance.to_array();
             let gradient = [along_x.to_array(), along_y.to_array()];
             let beyond = [beyond_x.to_array(), beyond_y.to_array()];
@@ -223,7 +216,12 @@ fn meet_block<S: Simd, T: Transmittance>(
                 let beyond = [beyond[0][at], beyond[1][at]];
                 let coverage = || chunk.coverage::<T>(at);
                 let facing = chunk.is_facing(at);
-                let met = lanes.meet(simd, beyond, distance[at], gradient, facing, coverage);
+                let mut met = lanes.meet(simd, beyond, distance[at], gradient, facing, coverage);
+                if doubtful >> at & 1 == 1
+                    && apex.is_neighbour(chunk.w(at), chunk.coverage::<T>(at), beyond)
+                {
+                    met &= !lanes.is_near(simd, distance[at], gradient, CELL);
+                }
                 if met.to_bitmask() != 0 {
                     lanes.take::<S, T>(simd, met, |channel| chunk.opacity(at, channel));
                     any = true;

@@ -51,6 +51,20 @@ impl Lanes {
         }
     }
 
+    /// Lets the rays that have not ended go on from `cut`, to the ends of `packet`.
+    #[inline(always)]
+    pub(crate) fn go_on<S: Simd>(&mut self, simd: S, packet: &Packet, cut: f32) {
+        let (left, live) = (self.left, self.live);
+        let start = packet.start.map(|column| {
+            f32x16::load_array_ref(simd, &column).max(f32x16::splat(simd, cut)).to_array()
+        });
+        let rest = Self::new(simd, &Packet { start, ..*packet }, f32::INFINITY);
+        *self = Self { left, live, ..rest };
+        for lane in (0..LANES).filter(|lane| live >> lane & 1 == 0) {
+            [self.end[lane], self.far[lane]] = [-1.0; 2];
+        }
+    }
+
     /// Which rays meet a fragment of the pixel `beyond` which the apex lies, in
     /// pixels: `distance` is how much more w its plane has at the apex than it.
     ///
@@ -93,6 +107,23 @@ impl Lanes {
         met & covered.simd_eq(u32x16::splat(simd, 1))
     }
 
+    /// Which rays meet the plane of [`Self::meet`] within `reach` pixels of the apex.
+    #[inline(always)]
+    pub(crate) fn is_near<S: Simd>(
+        &self,
+        simd: S,
+        distance: f32,
+        gradient: [f32; 2],
+        reach: f32,
+    ) -> mask32x16<S> {
+        let load = |column: &[f32; LANES]| f32x16::load_array_ref(simd, column);
+        let [along_x, along_y] = [load(&self.slope[0]), load(&self.slope[1])];
+        let closing = f32x16::splat(simd, 1.0) - (along_x * gradient[0] + along_y * gradient[1]);
+        let u = f32x16::splat(simd, distance) / closing;
+        let reach = f32x16::splat(simd, reach);
+        (along_x * u).abs().simd_lt(reach) & (along_y * u).abs().simd_lt(reach)
+    }
+
     /// Takes the share `opacity` of each channel from the light of the rays in `met`.
     #[inline(always)]
     pub(crate) fn take<S: Simd, T: Transmittance>(
@@ -104,6 +135,13 @@ impl Lanes {
         for channel in 0..T::CHANNELS {
             let left = f32x16::load_array_ref(simd, &self.left[channel]);
             self.left[channel] = met.select(left * (1.0 - opacity(channel)), left).to_array();
+        }
+    }
+
+    /// The same of the rays with a bit set.
+    pub(crate) fn take_some<T: Transmittance>(&mut self, some: u32, opacity: T) {
+        for lane in (0..LANES).filter(|lane| some >> lane & 1 == 1) {
+            self.take_alone::<T>(lane, |channel| opacity.channel(channel));
         }
     }
 

@@ -1,6 +1,7 @@
 //! Maps of fragments: planes with coverage masks, built from hits and traced
 //! for soft shadows.
 
+mod apex;
 mod block_hits;
 pub(crate) mod builder;
 #[cfg(test)]
@@ -9,7 +10,9 @@ mod builder_oracle;
 mod colours;
 pub(crate) mod columns;
 mod cone;
+mod far_field;
 mod far_table;
+mod fold;
 pub(crate) mod fragment;
 mod frontier;
 mod group_occlusion;
@@ -24,6 +27,9 @@ mod oracle;
 mod packed;
 mod packet;
 mod range_tree;
+#[cfg(test)]
+mod receivers;
 pub(crate) mod store;
+mod surface;
 pub(crate) mod tracer;
 mod visit_order;

@@ -192,7 +192,7 @@ proptest! {
     }
 }
 
-/// Small leaves all over a cube, the same every time.
+/// Leaves smaller than a pixel all over a cube, the same every time.
 fn leaves(size: u32) -> FragmentMap<f32> {
     let mut state = 1_u32;
     let mut next = || {
@@ -200,13 +200,13 @@ fn leaves(size: u32) -> FragmentMap<f32> {
         f64::from(state >> 8) / 16_777_216.0
     };
     let mut pixels: Pixels = vec![Vec::new(); (size * size) as usize];
-    for _ in 0..size * size {
+    for _ in 0..2 * size * size {
         let (x, y) = ((next() * f64::from(size)) as usize, (next() * f64::from(size)) as usize);
         let fragment = Fragment {
             w: 0.25 + 0.25 * next() as f32,
             gradient: Some([0.0; 2]),
             opacity: 0.5,
-            coverage: u64::MAX >> (next() * 48.0) as u32,
+            coverage: u64::MAX >> (34.0 + next() * 24.0) as u32,
         };
         pixels[y * size as usize + x].push(fragment);
     }
@@ -242,13 +242,20 @@ fn far_tables_serve_leaves_and_keep_walls() {
         worst = worst.max((truth - value).abs());
     }
     assert!(worst < 0.04 && worst > 0.0, "{worst}");
-    // A wall without gaps stays one, but for its borders: not the e⁻¹ of as much
-    // in leaves.
+    // A wall stays one, which fine leaves before it do not change.
     let wall = wall(128);
-    let mixed = FragmentTracer::new(wall.clone()).unwrap().with_far_table(1.0);
+    assert!(!FragmentTracer::new(wall.clone()).unwrap().with_far_table(1.0).has_far_table());
+    let both: Pixels = (0..128 * 128)
+        .map(|pixel| {
+            let [x, y] = [pixel % 128, pixel / 128];
+            wall.pixel(x, y).chain(leaves.pixel(x, y)).collect()
+        })
+        .collect();
+    let mixed = FragmentTracer::new(map(frame([128; 2], 0.0), &both)).unwrap().with_far_table(1.0);
+    assert!(mixed.has_far_table());
     for x in [-3.0, -1.5, 0.0, 1.0] {
         let Ok(value) = mixed.visibility(DVec3::new(x, 0.3, -3.5), &light, 1);
-        assert!(value < 0.03, "{x} {value}");
+        assert_eq!(value, 0.0, "{x}");
     }
 }
 

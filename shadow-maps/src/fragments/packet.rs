@@ -4,24 +4,17 @@ use dsm_trace::detail::LightFrame;
 use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x16, mask32x16};
 use glam::DVec3;
 
+use super::apex::Apex;
 use super::cone::Cone;
 use super::lane_count::LANES;
-
-/// The point that rays start at, in the frame of a light.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Apex {
-    pub(crate) place: [f32; 2],
-    pub(crate) w: f32,
-    /// In camera space, with the depth for z.
-    point: DVec3,
-}
 
 /// How far along a ray from its receiver it starts: for planes, and for what faces
 /// the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Starts {
-    /// In sides of a pixel at the receiver's depth.
-    Sides([f64; 2]),
+    /// At once for planes, but for those that the receiver lies on, and in sides of a
+    /// pixel at its depth for what faces the camera.
+    Surface(f64),
     /// In scene units.
     Distances([f64; 2]),
 }
@@ -31,7 +24,7 @@ impl Starts {
     #[inline(always)]
     fn shares(self, frame: &LightFrame, from: DVec3, to: &[[f64; LANES]; 3]) -> [[f64; LANES]; 2] {
         let distances = match self {
-            Self::Sides(sides) => sides.map(|sides| sides * frame.footprint(from.z)),
+            Self::Surface(sides) => [0.0, sides * frame.footprint(from.z)],
             Self::Distances(distances) => distances,
         };
         let mut shares = distances.map(|distance| [distance; LANES]);
@@ -55,6 +48,8 @@ pub(crate) struct Packet {
     pub(crate) end: [f32; LANES],
     /// Lanes that leave the raster at the depths of the map.
     pub(crate) leaving: u32,
+    /// Lanes that the surface which the receiver lies on keeps from the light.
+    pub(crate) behind: u32,
     pub(crate) reach: Reach,
     pub(crate) cone: Cone,
 }
@@ -73,18 +68,6 @@ impl Reach {
     pub(crate) fn and(self, other: Self) -> Self {
         let start = |kind: usize| self.starts[kind].max(other.starts[kind]);
         Self { starts: [start(0), start(1)], end: self.end.min(other.end) }
-    }
-}
-
-impl Apex {
-    /// `None` where nothing can shade a receiver: no deeper than the light's
-    /// centre, or not finite.
-    pub(crate) fn new(frame: &LightFrame, receiver: DVec3) -> Option<Self> {
-        let place = frame.project(receiver)?;
-        let point = frame.camera_point(receiver);
-        let apex = Self { place: [place.x as f32, place.y as f32], w: place.z as f32, point };
-        let finite = apex.place.iter().all(|at| at.is_finite()) && apex.w.is_finite();
-        (finite && point.z > frame.light_depth()).then_some(apex)
     }
 }
 
@@ -114,6 +97,13 @@ impl Packet {
         let mut slope = [[0.0; LANES]; 2];
         let mut start = [[0.0; LANES]; 2];
         let mut end = [0.0; LANES];
+        let mut behind = 0;
+        if let Some(normal) = apex.normal {
+            for lane in 0..lights.len().min(LANES) {
+                let away = DVec3::new(to[0][lane], to[1][lane], to[2][lane]) - from;
+                behind |= u32::from(away.dot(normal) < 0.0) << lane;
+            }
+        }
         for lane in 0..LANES {
             let (x, y, z) = (to[0][lane], to[1][lane], to[2][lane]);
             let away = z - from.z;
@@ -136,7 +126,8 @@ impl Packet {
         }
         let farthest = (f64::from(range[0]) - w) as f32;
         let count = lights.len().min(LANES);
-        Self::finish(simd, (frame.size(), apex, count), slope, start, end, farthest)
+        let packet = Self::finish(simd, (frame.size(), apex, count), slope, start, end, farthest);
+        Self { behind, ..packet }
     }
 
     #[inline(always)]
@@ -181,7 +172,7 @@ impl Packet {
             starts: [greatest(load(start[0]), rays), greatest(load(start[1]), rays)],
             end: if all { least(last, rays) } else { -1.0 },
         };
-        Self { slope, start, end, leaving, reach, cone }
+        Self { slope, start, end, leaving, behind: 0, reach, cone }
     }
 }
 

@@ -45,6 +45,21 @@ pub struct FragmentKeys {
     /// have it.
     #[serde(default)]
     pub coverage: u32,
+    /// What the bound of fragments changed; None for nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub folded: Option<Folded>,
+}
+
+/// What a bound of fragments a pixel changed: the rest are one fragment with the last.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Folded {
+    /// Pixels with more fragments.
+    pub pixels: u64,
+    /// The most light that any pixel lets through too much, to some depth between those
+    /// that became one, in [0, 1].
+    pub max: f32,
+    /// The same in the mean over all pixels.
+    pub mean: f32,
 }
 
 /// The fragments of a tile.
@@ -275,7 +290,10 @@ where
         // The header keeps an f32; the camera was moved back by one.
         light_depth: builder.frame().light_depth() as f32,
     };
-    let keys = FragmentKeys { layering, coverage };
+    let FragmentCounts { hits, cut_pixels, most_gained, mean_gained } = counts;
+    let folded = Folded { pixels: cut_pixels, max: most_gained as f32, mean: mean_gained as f32 };
+    let folded = (cut_pixels > 0).then_some(folded);
+    let keys = FragmentKeys { layering, coverage, folded };
     let mut writer = KindWriter::<Fragments>::create(output, metadata, &keys, options)?;
     let level = writer.levels()[0];
     let [columns, rows] = level.tiles();
@@ -298,6 +316,7 @@ where
             }
         }
     }
-    let FragmentCounts { hits, cut_pixels } = counts;
-    Ok(BakeReport { hits, cut_pixels, bytes: writer.finish()?, ..BakeReport::default() })
+    let gained = [most_gained, mean_gained].map(|gained| gained as f32);
+    let bytes = writer.finish()?;
+    Ok(BakeReport { hits, cut_pixels, gained, bytes, ..BakeReport::default() })
 }

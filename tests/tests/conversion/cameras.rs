@@ -5,14 +5,15 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use deepshadow::{Query, ShadowMap};
-use dsm_core::{DeepMap, MapInfo, PixelLists, Progress, Projection, View};
+use dsm_core::detail::PixelLists;
+use dsm_core::{DeepMap, MapInfo, Progress, Projection, View};
 use dsm_io::deep_exr::{
     self, Attribute, DeepExrReader, DeepExrWriter, DeepSample, Header, WriteOptions,
 };
-use dsm_io::detail::AchievedError;
+use dsm_io::detail::{CameraConventions, NdcRange, ViewAxis};
 use dsm_io::{
-    CameraConventions, ConvertOptions, ExportOptions, ImportReport, Metadata, NdcRange, ViewAxis,
-    convert, export_deep_exr, write_map,
+    AchievedError, ConvertOptions, ExportOptions, ImportReport, Metadata, convert, export_deep_exr,
+    write_map,
 };
 use glam::{DMat4, DVec2, DVec3};
 
@@ -274,7 +275,7 @@ fn exports_look_along_plus_z_of_a_left_handed_camera_space() {
         [Projection::Perspective { fov: 90.0 }, Projection::Orthographic { extent: 10.0 }]
     {
         let camera = view.raster(projection, SIZE).unwrap().shadow_camera();
-        let info = MapInfo { camera: Some(camera), ..MapInfo::default() };
+        let info = MapInfo::new().with_camera(camera);
         let pixels = DeepMap::new(info, PixelLists::<f32>::clear(SIZE[0], SIZE[1]));
         let metadata = Metadata::new(SIZE[0], SIZE[1], 1, info);
         write_map(&map, metadata, &pixels, AchievedError::NONE, Default::default()).unwrap();

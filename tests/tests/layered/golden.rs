@@ -111,7 +111,7 @@ impl Golden for Layers {
 
 impl Golden for Fragments {
     fn keys() -> Self::Keys {
-        FragmentKeys { layering: Layering { resets: 0, ..LAYERING }, coverage: 8 }
+        FragmentKeys { layering: Layering { resets: 0, ..LAYERING }, coverage: 8, folded: None }
     }
 
     fn tile<T: Transmittance>(level: u32, rect: TileRect) -> FragmentTile<T> {

@@ -1,0 +1,133 @@
+//! The receiver of a group of rays, in the frame of a light.
+
+use dsm_core::Facing;
+use dsm_trace::detail::LightFrame;
+use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x16};
+use glam::DVec3;
+
+use super::groups::SAME_PLANE;
+use super::packed::Planes;
+use super::range_tree::Block;
+use super::surface::{Surface, covers, turn};
+
+/// What places and planes are rounded by, as a share: a few times the rounding of
+/// `f32`, as they are differences of rounded numbers.
+const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
+
+/// The point that rays start at, and the surface that it lies on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Apex {
+    pub(crate) place: [f32; 2],
+    /// The corner of its pixel, and where it is in it: more exact than their sum.
+    pub(crate) corner: [f32; 2],
+    pub(crate) within: [f32; 2],
+    pub(crate) w: f32,
+    /// In camera space, with the depth for z.
+    pub(crate) point: DVec3,
+    /// The normal of the surface that it lies on, on the side that is shaded, in that
+    /// space.
+    pub(crate) normal: Option<DVec3>,
+    /// The slope of that surface, if it is known from the normal.
+    pub(crate) slope: Option<[f32; 2]>,
+    /// The side of a pixel at depth 1.
+    pub(crate) footprint: f32,
+    pub(crate) surface: Surface,
+}
+
+/// The fragments of a block as they lie to an apex.
+pub(crate) struct Distances<S: Simd> {
+    /// How far their pixels lie before it.
+    pub(crate) beyond: [f32x16<S>; 2],
+    /// By how much more w their planes have there: NaN where that is its own surface.
+    pub(crate) distance: f32x16<S>,
+    /// Bits of those that may be neighbours of its surface.
+    pub(crate) doubtful: u32,
+}
+
+impl Apex {
+    /// `None` where nothing can shade a receiver: no deeper than the light's
+    /// centre, or not finite.
+    pub(crate) fn new(frame: &LightFrame, receiver: DVec3, facing: Facing) -> Option<Self> {
+        let place = frame.project(receiver)?;
+        let point = frame.camera_point(receiver);
+        let at = [place.x, place.y];
+        let corner = at.map(|at| at.floor() as f32);
+        let within = [0, 1].map(|axis| (at[axis] - f64::from(corner[axis])) as f32);
+        let w = place.z as f32;
+        let finite = at.iter().all(|at| (*at as f32).is_finite()) && w.is_finite();
+        if !(finite && point.z > frame.light_depth()) {
+            return None;
+        }
+        // Coordinates may come from 32 bits; a fragment's plane is that of some of its hits.
+        let error = ROUNDING * receiver.abs().max_element().max(point.abs().max_element());
+        let footprint = frame.footprint(1.0);
+        let room = place.z * (ROUNDING + error * place.z + SAME_PLANE * footprint);
+        let per_slope = error / frame.footprint(point.z) + 8.0 * ROUNDING;
+        let (mut normal, mut slope) = (None, None);
+        if let Facing::Surface(world) = facing {
+            let camera = frame.basis().transpose() * world;
+            normal = Some(DVec3::new(camera.x, camera.y, -camera.z));
+            let along = frame.plane(at[0], at[1], point.z, camera);
+            slope = along.map(|slope| slope.map(|along| along as f32));
+            slope = slope.filter(|slope| slope.iter().all(|along| along.is_finite()));
+        }
+        Some(Self {
+            place: at.map(|at| at as f32),
+            corner,
+            within,
+            w,
+            point,
+            normal,
+            slope,
+            footprint: footprint as f32,
+            surface: Surface::passing(room as f32, per_slope as f32),
+        })
+    }
+
+    /// The same on nothing: all planes count.
+    pub(crate) fn without_surface(self) -> Self {
+        Self { normal: None, slope: None, surface: Surface::passing(-1.0, 0.0), ..self }
+    }
+
+    /// The fragments of `block` as they lie to it.
+    #[inline(always)]
+    pub(crate) fn distances<S: Simd>(
+        &self,
+        simd: S,
+        block: Block,
+        some: &Planes<S>,
+    ) -> Distances<S> {
+        let splat = |value| f32x16::splat(simd, value);
+        let beyond = [0, 1].map(|axis| {
+            let from = self.corner[axis] - 4.0 * block.at[axis] as f32;
+            splat(from) - some.at[axis] + splat(self.within[axis])
+        });
+        let [along_x, along_y] = some.gradient;
+        let distance =
+            (some.w - self.w) + (along_x * (beyond[0] - 0.5) + along_y * (beyond[1] - 0.5));
+        let Surface { room, per_slope, per_turn, slope, .. } = self.surface;
+        let off = distance.abs();
+        let room = (along_x.abs() + along_y.abs()) * per_slope + room;
+        let turned = (along_x - slope[0]).abs() + (along_y - slope[1]).abs();
+        let own = off.simd_le(room);
+        let doubtful = off.simd_le(room + turned * per_turn).to_bitmask() as u32;
+        Distances { beyond, distance: own.select(splat(f32::NAN), distance), doubtful }
+    }
+
+    /// Whether a doubtful fragment, `beyond` whose pixel the apex lies, is taken for a
+    /// neighbour of its surface, which shades nothing within a cell: not if both lie in
+    /// the apex's own cell.
+    pub(crate) fn is_neighbour(&self, w: f32, coverage: u64, beyond: [f32; 2]) -> bool {
+        !covers(coverage, beyond) || w == self.surface.stand_in
+    }
+
+    /// By how much two slopes differ in the frame's own unit, and how far from the apex
+    /// a plane lies, in sides of a pixel: at right angles to it, `off` along the view.
+    pub(crate) fn compare(&self, slope: [f32; 2], off: f32) -> (f32, f32) {
+        let unit = (self.footprint * self.w).recip();
+        let steep = |slope: [f32; 2]| slope.map(|along| along * unit);
+        let turned = self.slope.map_or(0.0, |own| turn(steep(slope), steep(own)));
+        let [x, y] = steep(slope);
+        (turned, off.abs() * unit / (1.0 + x * x + y * y).sqrt())
+    }
+}
