@@ -8,7 +8,10 @@ mod hair;
 mod image;
 mod obj;
 mod ply;
+mod polygon;
+mod usd;
 pub(crate) mod vdb;
+pub(crate) mod warnings;
 
 use std::fs::File;
 use std::io::Read;
