@@ -172,6 +172,8 @@ pub struct Scene {
     /// The times when the shutter opens and closes. Rays count time from 0 to 1
     /// between.
     pub shutter: [f64; 2],
+    /// See [`Self::warnings`].
+    pub(crate) warnings: Vec<String>,
 }
 
 impl Scene {
@@ -196,7 +198,14 @@ impl Scene {
         };
         let view = from(DVec3::new(-1.0, 1.0, 2.0));
         let camera = Camera { view, fov: 45.0, resolution: [640, 360] };
-        Self { objects, light, camera, shutter: [0.0, 1.0] }
+        Self { objects, light, camera, shutter: [0.0, 1.0], warnings: Vec::new() }
+    }
+
+    /// What its files hold that was not understood, or was taken in one of several ways,
+    /// and changes light: a sentence each, without a full stop, with the file's name.
+    #[must_use]
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// True if any opacity has a colour, so that a map of one channel would lose

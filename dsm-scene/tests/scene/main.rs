@@ -13,5 +13,6 @@ mod media;
 mod real_files;
 mod scene_file;
 mod shadows;
+mod stages;
 mod support;
 mod volumes;

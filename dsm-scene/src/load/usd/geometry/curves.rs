@@ -67,23 +67,33 @@ impl<'a> Along<'a> {
 }
 
 /// The parts of a primvar that belong to each curve; none if it has another number of
-/// values.
+/// values. Closed linear curves may have the value of their first point once more, as
+/// the standard's own library counts.
 fn split<'a>(primvar: &'a Primvar, layouts: &[Layout]) -> Option<Vec<Along<'a>>> {
     let spread = primvar.spread;
-    let length = |layout: &Layout| match spread {
+    if spread == Spread::Constant {
+        let data = primvar.data.get(..1)?;
+        return Some(vec![Along { spread, data }; layouts.len()]);
+    }
+    let length = |layout: &Layout, is_closed: bool| match spread {
         Spread::Constant => 0,
         Spread::Uniform => 1,
         Spread::Vertex => layout.count,
-        Spread::Varying | Spread::FaceVarying => layout.varying(),
+        Spread::Varying | Spread::FaceVarying => layout.varying() + usize::from(is_closed),
     };
-    let total: usize = layouts.iter().map(length).sum();
-    if spread == Spread::Constant {
-        return (!primvar.data.is_empty())
-            .then(|| vec![Along { spread, data: &primvar.data[..1] }; layouts.len()]);
-    }
-    let mut rest = (total == primvar.data.len()).then_some(&primvar.data[..])?;
+    let total = |is_closed| layouts.iter().map(|layout| length(layout, is_closed)).sum::<usize>();
+    let may_close = matches!(spread, Spread::Varying | Spread::FaceVarying)
+        && layouts
+            .first()
+            .is_some_and(|layout| (layout.basis, layout.wrap) == (Basis::Linear, Wrap::Periodic));
+    let is_closed = match primvar.data.len() {
+        count if count == total(false) => false,
+        count if may_close && count == total(true) => true,
+        _ => return None,
+    };
+    let mut rest = &primvar.data[..];
     let mut take = |layout: &Layout| {
-        let (data, after) = rest.split_at(length(layout));
+        let (data, after) = rest.split_at(length(layout, is_closed));
         rest = after;
         Along { spread, data }
     };

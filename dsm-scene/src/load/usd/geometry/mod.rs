@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, Vec3};
 
-use self::attributes::{Primvar, Spread};
+use self::attributes::Spread;
 use super::layer::Specifier;
 use super::stage::{Prim, Stage};
 use crate::error::{Error, Place, Result};

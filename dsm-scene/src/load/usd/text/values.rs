@@ -68,7 +68,11 @@ pub(super) fn typed(lexer: &mut Lexer<'_>, type_name: &str) -> Result<Value> {
             if !flat.words.is_empty() {
                 return Ok(Value::Words(flat.words));
             }
-            let size = flat.size.unwrap_or_else(|| size_of(type_name));
+            let size = match flat.size {
+                Some(size) => size,
+                None if flat.data.is_empty() => size_of(type_name),
+                None => 1,
+            };
             if size == 0 || !flat.data.len().is_multiple_of(size) {
                 return Err(lexer.error("its elements are not alike"));
             }
@@ -96,7 +100,9 @@ pub(super) fn typed(lexer: &mut Lexer<'_>, type_name: &str) -> Result<Value> {
 fn size_of(type_name: &str) -> usize {
     let name = type_name.trim_end_matches("[]");
     let is_three = ["point", "vector", "normal", "color"].iter().any(|w| name.starts_with(w));
-    if is_three || name.contains('3') {
+    if is_whole(name) && name.ends_with("64") {
+        1
+    } else if is_three || name.contains('3') {
         3
     } else if name.starts_with("quat") || name.contains('4') {
         4
