@@ -28,7 +28,7 @@ fn hits(scene: &Scene, x: f64, y: f64) -> Vec<(f64, f32)> {
     let traced = TracedScene::new(scene).unwrap();
     let ray = Ray::new(DVec3::new(x, y, 10.0), DVec3::NEG_Z);
     traced.tracer().hits(&ray, &mut hits).unwrap();
-    hits.surfaces().iter().map(|surface| (surface.depth, surface.opacity)).collect()
+    hits.surfaces().iter().map(|surface| (f64::from(surface.depth), surface.opacity)).collect()
 }
 
 #[test]
@@ -114,7 +114,8 @@ def Mesh "Skinned" {{ {QUAD}
 def "Lost" (references = @none.usda@) {{ }}
 def "Nowhere" (references = </None>) {{ }}
 def "Round" (references = </Round/Below>) {{ def "Below" {{ }} }}
-def "Material" {{ }}
+def Material "Glass" {{ def Shader "S" {{ float inputs:opacity = 0.5
+ }} }}
 def PointInstancer "Copies" {{
     int[] protoIndices = [0]
     point3f[] positions = [(0, 0, 0)]
@@ -133,6 +134,7 @@ def PointInstancer "Copies" {{
         "/Nowhere: /None is not there",
         "/Round/Below is composed of itself",
         "no prototype /Missing",
+        "/Glass/S: the opacity of a material",
     ] {
         assert!(warnings.contains(part), "{part} in {warnings}");
     }

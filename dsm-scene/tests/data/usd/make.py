@@ -108,7 +108,6 @@ def widths_of(prim, time):
 def shape(prim, matrix, time, outer):
     """A shape's numbers in the world."""
     world = lambda p: list(matrix.Transform(Gf.Vec3d(*map(float, p))))
-    scale = abs(matrix.ExtractRotationMatrix().GetDeterminant()) ** (1 / 3)
     m = np.array([[matrix[i][j] for j in range(3)] for i in range(3)])
     scale = abs(np.linalg.det(m)) ** (1 / 3)
     points = [world(p) for p in at(UsdGeom.PointBased(prim).GetPointsAttr(), time) or []]
@@ -214,7 +213,7 @@ def instancer(prim, base, time, items, cache, root, outer):
         if not mask[copy]:
             continue
         found = prim.GetStage().GetPrimAtPath(paths[prototype])
-        opacity = float(values[copy]) if values and len(values) == len(which) else None
+        opacity = float(values[copy]) if values and len(values) == len(which) else outer
         walk(found, places[copy] * to_world, time, items, cache, found, opacity)
 
 
@@ -410,7 +409,20 @@ def Points "Each" {
     uniform token[] xformOpOrder = ["xformOp:scale"]
 }
 def Points "None" { point3f[] points = [(5, 5, 5)] }
-''')
+'''
+                 # Binary files have tables of few different numbers, and whole numbers.
+                 + many("Table", [0.5, 0.25, 0.125], [0.5, 1]) + many("Whole", range(1, 25), [1]))
+
+
+def many(name, widths, opacities):
+    places = [(i, i * i % 7, -i) for i in range(24)]
+    pick = lambda values: [list(values)[i * i % len(values)] for i in range(24)]
+    return f'''def Points "{name}" {{
+        point3f[] points = {numbers(places)}
+        float[] widths = {numbers(pick(widths))}
+        float[] primvars:displayOpacity = {numbers(pick(opacities))} (interpolation = "vertex")
+    }}
+'''
 
 
 def instances():
@@ -608,8 +620,9 @@ def random_prim(rng, name, depth):
         return curves_prim(name, *rng.choice(KINDS), rng.choice(how), rng.choice(how), rng, body)
     if kind == "Mesh":
         n = rng.choice([3, 4, 5, 6, 30])
-        counts = [rng.choice([3, 4]) for _ in range(rng.choice([1, 3, 20]))]
-        corners = [rng.randrange(n) for _ in range(sum(counts))]
+        # Polygons that are not flat may be cut in several ways.
+        counts = [3] * rng.choice([1, 3, 20])
+        corners = [corner for _ in counts for corner in rng.sample(range(n), 3)]
         points = [[rng.uniform(-2, 2) for _ in range(3)] for _ in range(n)]
         how = rng.choice(["constant", "uniform", "vertex", "varying", "faceVarying", None])
         size = {"constant": 1, "uniform": len(counts), "faceVarying": len(corners)}.get(how, n)
@@ -644,7 +657,7 @@ def random_stage(rng):
         meta = f"prepend {arc} = {target}" if rng.random() < 0.7 else ""
         if rng.random() < 0.4:
             meta += "\ninstanceable = true"
-        text += f'def Xform "r{index}" ({meta}) {{\n{random_prim(rng, rng.choice("qr"), 1)}}}\n'
+        text += f'def Xform "r{index}" ({meta}) {{\n{random_prim(rng, f"n{index}", 1)}}}\n'
     count = rng.choice([1, 5, 40])
     which = [rng.randrange(3) for _ in range(count)]
     places = [[rng.uniform(-2, 2) for _ in range(3)] for _ in range(count)]

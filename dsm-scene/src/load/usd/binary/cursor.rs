@@ -17,10 +17,6 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    pub(super) fn at(&self) -> u64 {
-        self.at as u64
-    }
-
     pub(super) fn left(&self) -> usize {
         self.bytes.len() - self.at
     }

@@ -5,8 +5,6 @@ mod compressed;
 mod cursor;
 mod items;
 mod sections;
-#[cfg(test)]
-mod tests;
 
 use std::collections::HashMap;
 
@@ -113,7 +111,6 @@ pub(super) fn read(bytes: Vec<u8>) -> Result<Layer> {
                 "interpolation" => {
                     property.interpolation = Some(file.inlined_token(packed)?.to_owned());
                 }
-                "inactiveIds" => {}
                 _ => {}
             }
         }
@@ -197,7 +194,7 @@ impl CrateFile {
                 format.element(&mut self.cursor(payload)?)
             };
         }
-        let mut cursor = || self.cursor(payload);
+        let cursor = || self.cursor(payload);
         Ok(match (kind, is_array) {
             (10, false) => Value::Words(vec![self.string(low)?.to_owned()]),
             (11 | 12, false) => Value::Words(vec![self.token(low)?.to_owned()]),

@@ -18,7 +18,7 @@ use dsm_core::Rgb;
 /// Triangles and points that are copied rather than shared: rays ask each object.
 const MOST_SMALL: u64 = 1 << 22;
 /// Those that are copied where they can't be shared.
-const MOST_COPIED: u64 = 1 << 25;
+const MOST_COPIED: u64 = 1 << 24;
 
 /// The objects of a stage: one of all surfaces and one of all strands, and copies of
 /// large shapes that share them.
@@ -76,7 +76,7 @@ pub(in crate::load::usd) fn objects(
 
 impl Geometry {
     /// Vertices and triangles, or points.
-    fn size(&self) -> u64 {
+    pub(super) fn size(&self) -> u64 {
         match self {
             Self::Mesh { positions, triangles, .. } => (positions.len() + triangles.len()) as u64,
             Self::Strands { points, .. } => points.len() as u64,

@@ -2,10 +2,9 @@
 
 use std::collections::HashSet;
 
-use glam::{DAffine3, DQuat, DVec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::attributes::{Spread, broken, indices};
-use super::xform::rotation;
 use super::{Inherited, Item, Reader};
 use crate::error::Result;
 use crate::load::usd::stage::Prim;
@@ -49,9 +48,11 @@ impl Reader<'_, '_> {
                 return Err(broken(prim, reason));
             };
             let scale = scales.as_ref().map_or(DVec3::ONE, |scales| scales[copy].into());
-            let turn = turns.get(copy).copied().unwrap_or(DQuat::IDENTITY);
-            let placed =
-                DAffine3::from_scale_rotation_translation(scale, turn, positions[copy].into());
+            let turn = turns.get(copy).copied().unwrap_or(DMat3::IDENTITY);
+            let placed = DAffine3::from_mat3_translation(
+                turn * DMat3::from_diagonal(scale),
+                positions[copy].into(),
+            );
             let to_world = inherited.to_world * placed;
             for item in items {
                 let own = opacity.as_ref().map(|opacity| opacity.data[copy] as f32);
@@ -80,11 +81,12 @@ impl Reader<'_, '_> {
         found.map(|()| items)
     }
 
-    fn turns(&self, prim: &Prim, name: &str) -> Result<Vec<DQuat>> {
+    fn turns(&self, prim: &Prim, name: &str) -> Result<Vec<DMat3>> {
         let Some(Numbers { size: 4, data, .. }) = self.numbers(prim, name)? else {
             return Ok(Vec::new());
         };
-        let turn = |quat: &[f64; 4]| rotation(quat).unwrap_or(DQuat::IDENTITY);
+        // As they are, like the standard's own library: no unit quaternions scale.
+        let turn = |quat: &[f64; 4]| DMat3::from_quat(DQuat::from_array(*quat));
         Ok(data.as_chunks::<4>().0.iter().map(turn).collect())
     }
 

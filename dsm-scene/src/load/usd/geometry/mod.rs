@@ -25,6 +25,11 @@ const MAX_NESTING: usize = 256;
 /// Shapes and their copies.
 const MOST_ITEMS: usize = 1 << 20;
 
+/// Vertices, triangles and points of all shapes, and of each byte of the files: many
+/// prims may have the same array.
+const FEW_PRIMITIVES: u64 = 1 << 21;
+const MOST_A_BYTE: u64 = 64;
+
 /// A shape in its own space.
 #[derive(Debug, PartialEq)]
 pub(super) enum Geometry {
@@ -70,14 +75,22 @@ struct Reader<'s, 'w> {
     time: Option<f64>,
     shapes: HashMap<ShapeKey, Arc<Geometry>>,
     items: Vec<Item>,
+    /// Vertices, triangles and points of the shapes.
+    primitives: u64,
     /// Types of prims that would be drawn, each with how many there are.
     left_out: Vec<(String, u64)>,
 }
 
 /// Everything that a stage draws at a time, prim by prim.
 pub(super) fn items(stage: &mut Stage<'_>, time: Option<f64>) -> Result<Vec<Item>> {
-    let mut reader =
-        Reader { stage, time, shapes: HashMap::new(), items: Vec::new(), left_out: Vec::new() };
+    let mut reader = Reader {
+        stage,
+        time,
+        shapes: HashMap::new(),
+        items: Vec::new(),
+        primitives: 0,
+        left_out: Vec::new(),
+    };
     let inherited =
         Inherited { to_world: DAffine3::IDENTITY, opacity: None, is_drawn: true, nesting: 0 };
     let root = reader.stage.root();
@@ -147,6 +160,7 @@ impl Reader<'_, '_> {
                     None => self.left_out.push((type_name.clone(), 1)),
                 }
             }
+            "Shader" => self.warn_of_shader(prim)?,
             _ => {}
         }
         for name in prim.child_names(self.stage) {
@@ -192,6 +206,12 @@ impl Reader<'_, '_> {
                     _ => self.points(prim, opacity)?,
                 });
                 self.warn_of(prim);
+                self.primitives += shape.size();
+                let limit = FEW_PRIMITIVES + MOST_A_BYTE * self.stage.byte_count();
+                if self.primitives > limit {
+                    let (what, count) = ("triangles and points", self.primitives);
+                    return Err(Error::TooLarge { what, count, limit });
+                }
                 self.shapes.insert(key, Arc::clone(&shape));
                 shape
             }
@@ -200,6 +220,18 @@ impl Reader<'_, '_> {
         let opacity = if opacities.is_empty() { inherited.opacity } else { None };
         let to_world = inherited.to_world;
         self.push(Item { path, shape, to_world, inherited: opacity })
+    }
+
+    /// Says that a material's opacity does not count.
+    fn warn_of_shader(&mut self, prim: &Prim) -> Result<()> {
+        let name = "inputs:opacity";
+        let value = self.numbers(prim, name)?;
+        let is_less = value.is_some_and(|value| value.data.iter().any(|&value| value != 1.0));
+        if is_less || !prim.targets(self.stage, name)?.is_empty() {
+            let line = format!("{}: the opacity of a material does not count", prim.path);
+            self.stage.warnings.add(line);
+        }
+        Ok(())
     }
 
     /// Says what is not understood and moves points.

@@ -100,7 +100,7 @@ fn operation(kind: &str, values: &[f64]) -> Option<DAffine3> {
 }
 
 /// The rotation of i, j, k, real; none has length 0.
-pub(super) fn rotation(values: &[f64]) -> Option<DQuat> {
+fn rotation(values: &[f64]) -> Option<DQuat> {
     let quat = DQuat::from_array(*values.first_chunk::<4>()?);
     (quat.length() > 0.0).then(|| quat.normalize())
 }

@@ -33,6 +33,7 @@ pub(super) struct Layers {
     stacks: Vec<Stack>,
     by_root: HashMap<usize, usize>,
     prims: u64,
+    bytes: u64,
 }
 
 impl Layers {
@@ -51,6 +52,11 @@ impl Layers {
     /// Prims of all layers.
     pub(super) fn prim_count(&self) -> u64 {
         self.prims
+    }
+
+    /// Bytes of all layers.
+    pub(super) fn byte_count(&self) -> u64 {
+        self.bytes
     }
 
     pub(super) fn open_root(&mut self, location: Location, warnings: &mut Warnings) -> Result<()> {
@@ -93,6 +99,7 @@ impl Layers {
                 bytes.ok_or_else(|| Error::malformed(Place::Whole, "not in the archive"))?
             }
         };
+        self.bytes += bytes.len() as u64;
         let layer = if bytes.starts_with(binary::MAGIC) {
             binary::read(bytes)?
         } else if bytes.starts_with(text::MAGIC) {

@@ -46,6 +46,11 @@ impl<'w> Stage<'w> {
         self.layers.layer(index)
     }
 
+    /// Bytes of all layers.
+    pub(super) fn byte_count(&self) -> u64 {
+        self.layers.byte_count()
+    }
+
     /// A field of the root layer.
     pub(super) fn root_field(&self, name: &str) -> Result<Option<Value>> {
         let layer = self.layers.stack(0).root;

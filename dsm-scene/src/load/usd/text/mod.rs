@@ -1,8 +1,6 @@
 //! The text encoding of USD layers.
 
 mod lexer;
-#[cfg(test)]
-mod tests;
 mod values;
 
 use self::lexer::{Lexer, Token};
