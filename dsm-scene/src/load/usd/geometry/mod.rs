@@ -69,6 +69,12 @@ struct Inherited {
 
 type ShapeKey = Vec<(usize, u32, [u64; 2])>;
 
+/// Whether visibility and purpose of a type count: to the standard, prims without a type
+/// have none, and those below them not either.
+fn is_imageable(type_name: &str) -> bool {
+    !matches!(type_name, "" | "Material" | "Shader" | "NodeGraph")
+}
+
 /// Reads a stage.
 struct Reader<'s, 'w> {
     stage: &'s mut Stage<'w>,
@@ -122,10 +128,10 @@ impl Reader<'_, '_> {
         if !is_defined || !prim.flag(self.stage, "active", true)? {
             return Ok(());
         }
-        if self.word(prim, "visibility", "inherited")? == "invisible" {
+        let type_name = prim.type_name(self.stage).to_owned();
+        if is_imageable(&type_name) && self.word(prim, "visibility", "inherited")? == "invisible" {
             return Ok(());
         }
-        let type_name = prim.type_name(self.stage).to_owned();
         let mut own = self.inherited(prim, &type_name, inherited)?;
         own.nesting += 1;
         if prim.has_field(self.stage, "clips") {
@@ -174,13 +180,15 @@ impl Reader<'_, '_> {
     /// What the prims below have from this one and those around it.
     fn inherited(&mut self, prim: &Prim, type_name: &str, outer: &Inherited) -> Result<Inherited> {
         let mut own = outer.clone();
-        if !matches!(type_name, "" | "Scope" | "Material" | "Shader" | "NodeGraph") {
+        if is_imageable(type_name) && type_name != "Scope" {
             let local = self.local(prim)?;
             own.to_world =
                 if local.is_of_world { local.matrix } else { outer.to_world * local.matrix };
         }
         // The nearest prim that says it decides.
-        if let Some(purpose) = attributes::words(prim, self.stage, "purpose", self.time)? {
+        if is_imageable(type_name)
+            && let Some(purpose) = attributes::words(prim, self.stage, "purpose", self.time)?
+        {
             let purpose = purpose.first().map_or("default", String::as_str);
             own.is_drawn = matches!(purpose, "default" | "render");
         }

@@ -99,10 +99,15 @@ fn operation(kind: &str, values: &[f64]) -> Option<DAffine3> {
     })
 }
 
-/// The rotation of i, j, k, real; none has length 0.
+/// The rotation of i, j, k, real. Like the standard's own library, one that is no unit
+/// quaternion turns by 2 acos(real) about its axis.
 fn rotation(values: &[f64]) -> Option<DQuat> {
-    let quat = DQuat::from_array(*values.first_chunk::<4>()?);
-    (quat.length() > 0.0).then(|| quat.normalize())
+    let [x, y, z, real] = *values.first_chunk::<4>()?;
+    let axis = DVec3::new(x, y, z).try_normalize().unwrap_or(DVec3::X);
+    let half = libm::acos(real.clamp(-1.0, 1.0));
+    let (sin, cos) = libm::sincos(half);
+    let [x, y, z] = (axis * sin).to_array();
+    real.is_finite().then(|| DQuat::from_xyzw(x, y, z, cos))
 }
 
 /// A matrix that is applied from the right: its rows are columns here.
