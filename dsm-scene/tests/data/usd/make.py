@@ -590,7 +590,10 @@ def random_op(rng, index):
     if kind in ("rotateX", "rotateY", "rotateZ"):
         return name, rng.choice(["float", "double", "half"]), f"{number() * 90}"
     if kind == "orient":
-        return name, rng.choice(["quatf", "quatd", "quath"]), f"({number()}, {number()}, {number()}, 1)"
+        quat = [rng.gauss(0, 1) for _ in range(4)]
+        size = math.sqrt(sum(part * part for part in quat))
+        parts = ", ".join(f"{part / size:.9f}" for part in quat)
+        return name, rng.choice(["quatf", "quatd", "quath"]), f"({parts})"
     if kind == "transform":
         rows = [[number() for _ in range(3)] + [0] for _ in range(3)] + [[number() for _ in range(3)] + [1]]
         return name, "matrix4d", "(" + ", ".join(f"({', '.join(map(str, r))})" for r in rows) + ")"
