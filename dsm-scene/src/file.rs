@@ -10,9 +10,12 @@ use serde::Deserialize;
 
 use crate::builtin::builtin_scene;
 use crate::error::{Error, Place, Result};
+use crate::load::read_stage;
 use crate::load::vdb::choice::GridChoice;
 use crate::load::warnings::Warnings;
-use crate::load::{extension, load_curves, load_volume, read_file, read_mesh, read_shape};
+use crate::load::{
+    extension, is_stage, load_curves, load_volume, read_file, read_mesh, read_shape,
+};
 use crate::scene::{Object, Scene, Shape};
 use crate::transform::{Motion, Transform};
 use crate::view::{Camera, Light};
@@ -124,6 +127,8 @@ struct ObjectTable {
     mesh: Option<PathBuf>,
     volume: Option<PathBuf>,
     builtin: Option<String>,
+    usd: Option<PathBuf>,
+    time: Option<f64>,
     opacity: Option<Opacity>,
     thickness: Option<f32>,
     density: Option<f32>,
@@ -157,9 +162,10 @@ const fn one() -> f64 {
 /// and keys are `[camera]` (`eye`, `target`, `up`, `fov`, `resolution`),
 /// `[light]` (`eye`, `target`, `up`, `projection`, `fov`, `extent`, `shape`,
 /// `size`, `radius`), `[shutter]` (`open`, `close`) and any number of
-/// `[[object]]` (one of `curves`, `mesh`, `volume` and `builtin`; `opacity`,
-/// `thickness`, `density`, `grid`, `transform`, `transform_end`). Other keys are errors,
-/// and so are `thickness` without `curves`, `density` and `grid` without `volume`. Of
+/// `[[object]]` (one of `curves`, `mesh`, `volume`, `usd` and `builtin`; `opacity`,
+/// `thickness`, `density`, `grid`, `time`, `transform`, `transform_end`). Other keys are
+/// errors, and so are `thickness` without `curves`, `density` and `grid` without
+/// `volume`, `time` without `usd`. A USD stage is as many objects as it needs. Of
 /// `fov` and `extent`, and of `size` and `radius`, the one counts that the
 /// projection and the shape have.
 ///
@@ -231,8 +237,12 @@ pub fn open_scene_with(path: &Path, options: &SceneOptions) -> Result<Scene> {
         return read_scene(path).map_err(|error| error.in_file(path));
     }
     let mut warnings = Warnings::default();
-    let object = Object::new(read_shape(path, &mut warnings)?);
-    Ok(Scene { warnings: warnings.into_lines(), ..Scene::of_objects(vec![object]) })
+    let objects = if is_stage(path) {
+        read_stage(path, None, &mut warnings)?
+    } else {
+        vec![Object::new(read_shape(path, &mut warnings)?)]
+    };
+    Ok(Scene { warnings: warnings.into_lines(), ..Scene::of_objects(objects) })
 }
 
 fn read_scene(path: &Path) -> Result<Scene> {
@@ -251,7 +261,12 @@ fn parse_scene(text: &str, folder: &Path) -> Result<Scene> {
         let message: Vec<&str> = error.message().split_whitespace().collect();
         Error::malformed(Place::Line(line as u64), message.join(" "))
     })?;
-    let mut shapes = Shapes { folder, loaded: HashMap::new(), warnings: Warnings::default() };
+    let mut shapes = Shapes {
+        folder,
+        loaded: HashMap::new(),
+        stages: HashMap::new(),
+        warnings: Warnings::default(),
+    };
     let mut objects = Vec::new();
     for (index, table) in file.object.iter().enumerate() {
         let made = make_object(table, &mut shapes)
@@ -293,6 +308,8 @@ struct Shapes<'a> {
     folder: &'a Path,
     /// By path and by what they are made with.
     loaded: HashMap<(PathBuf, Option<String>), Arc<Shape>>,
+    /// By path and the bits of the time.
+    stages: HashMap<(PathBuf, Option<u64>), Vec<Object>>,
     warnings: Warnings,
 }
 
@@ -312,6 +329,16 @@ impl Shapes<'_> {
         self.loaded.insert(key, Arc::clone(&shape));
         Ok(shape)
     }
+
+    fn stage(&mut self, path: &Path, time: Option<f64>) -> Result<Vec<Object>> {
+        let key = (self.folder.join(path), time.map(f64::to_bits));
+        if let Some(objects) = self.stages.get(&key) {
+            return Ok(objects.clone());
+        }
+        let objects = read_stage(&key.0, time, &mut self.warnings)?;
+        self.stages.insert(key, objects.clone());
+        Ok(objects)
+    }
 }
 
 fn make_object(table: &ObjectTable, shapes: &mut Shapes<'_>) -> Result<Vec<Object>> {
@@ -325,8 +352,16 @@ fn make_object(table: &ObjectTable, shapes: &mut Shapes<'_>) -> Result<Vec<Objec
     if table.grid.is_some() && table.volume.is_none() {
         return refuse("grid", "only volumes have one");
     }
-    let mut objects = match (&table.curves, &table.mesh, &table.volume, &table.builtin) {
-        (Some(path), None, None, None) => {
+    if table.time.is_some() && table.usd.is_none() {
+        return refuse("time", "only usd has one");
+    }
+    if table.time.is_some_and(|time| !time.is_finite()) {
+        return refuse("time", "must be finite");
+    }
+    let ObjectTable { curves, mesh, volume, usd, builtin, .. } = table;
+    let mut objects = match (curves, mesh, volume, usd, builtin) {
+        (None, None, None, Some(path), None) => shapes.stage(path, table.time)?,
+        (Some(path), None, None, None, None) => {
             let load = |path: &Path, _: &mut Warnings| {
                 let curves = load_curves(path)?;
                 Ok(Shape::Curves(match table.thickness {
@@ -339,23 +374,20 @@ fn make_object(table: &ObjectTable, shapes: &mut Shapes<'_>) -> Result<Vec<Objec
             };
             vec![of_shape(shapes.get(path, table.thickness.map(|size| size.to_string()), load)?)]
         }
-        (None, Some(path), None, None) => {
+        (None, Some(path), None, None, None) => {
             let load =
                 |path: &Path, warnings: &mut Warnings| read_mesh(path, warnings).map(Shape::Mesh);
             vec![of_shape(shapes.get(path, None, load)?)]
         }
-        (None, None, Some(path), None) => {
+        (None, None, Some(path), None, None) => {
             let choice = table.grid.as_deref().map(str::parse).transpose()?;
             let load = |path: &Path, _: &mut Warnings| {
                 load_volume(path, choice.as_ref()).map(Shape::Volume)
             };
             vec![of_shape(shapes.get(path, table.grid.clone(), load)?)]
         }
-        (None, None, None, Some(name)) => builtin_scene(name)?.objects,
-        _ => {
-            let reason = "it has one of curves, mesh, volume and builtin";
-            return Err(Error::malformed(Place::Named("shape".into()), reason));
-        }
+        (None, None, None, None, Some(name)) => builtin_scene(name)?.objects,
+        _ => return refuse("shape", "it has one of curves, mesh, volume, usd and builtin"),
     };
     let opacity = match table.opacity {
         None => [1.0; 3],

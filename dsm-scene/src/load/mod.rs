@@ -9,6 +9,7 @@ mod image;
 mod obj;
 mod ply;
 mod polygon;
+mod usd;
 pub(crate) mod vdb;
 pub(crate) mod warnings;
 
@@ -21,7 +22,7 @@ use self::warnings::Warnings;
 use crate::curves::Curves;
 use crate::error::{Error, Result};
 use crate::mesh::TriangleMesh;
-use crate::scene::Shape;
+use crate::scene::{Object, Shape};
 use crate::volume::Volume;
 
 /// Vertices and triangles of a mesh, together with its copies.
@@ -125,11 +126,47 @@ pub(crate) fn read_shape(path: &Path, warnings: &mut Warnings) -> Result<Shape> 
         Some("hair") => load_curves(path).map(Shape::Curves),
         Some("vdb") => load_volume(path, None).map(Shape::Volume),
         Some("obj" | "ply" | "gltf" | "glb") => read_mesh(path, warnings).map(Shape::Mesh),
+        _ if is_stage(path) => {
+            let expected = "a stage has many shapes: a scene is opened from it";
+            Err(unknown(path, expected).in_file(path))
+        }
         _ => {
             let expected = "a model is .obj, .ply, .gltf, .glb, .hair or .vdb";
             Err(unknown(path, expected).in_file(path))
         }
     }
+}
+
+/// True for a USD stage by its extension.
+pub(crate) fn is_stage(path: &Path) -> bool {
+    matches!(extension(path).as_deref(), Some("usd" | "usda" | "usdc" | "usdz"))
+}
+
+/// Reads the objects of a USD stage: text (`.usda`), binary (`.usdc`), either (`.usd`) or
+/// packed (`.usdz`), at `time`, or at its default time, where attributes without a
+/// default have their earliest sample.
+///
+/// Composed are sublayers, inheritance, variants, references, payloads and
+/// specialisation. Drawn are the defined, active, visible prims of purpose default and
+/// render: meshes as their cages, basis curves, points as discs that face the ray,
+/// instances and point instancers. Opacity is `primvars:displayOpacity`. Materials,
+/// lights, cameras, skeletons, volumes and other shapes are not read.
+///
+/// # Errors
+///
+/// [`Error::File`] with the cause, as [`load_mesh`].
+pub(crate) fn read_stage(
+    path: &Path,
+    time: Option<f64>,
+    warnings: &mut Warnings,
+) -> Result<Vec<Object>> {
+    let mut of_file = Warnings::default();
+    let objects = usd::load(path, time, &mut of_file).map_err(|error| error.in_file(path))?;
+    if objects.is_empty() {
+        of_file.add("nothing in it is drawn");
+    }
+    warnings.add_of_file(path, of_file);
+    Ok(objects)
 }
 
 pub(crate) fn extension(path: &Path) -> Option<String> {

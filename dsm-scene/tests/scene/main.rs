@@ -17,5 +17,6 @@ mod models;
 mod real_files;
 mod scene_file;
 mod shadows;
+mod stages;
 mod support;
 mod volumes;

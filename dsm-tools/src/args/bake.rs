@@ -21,7 +21,7 @@ Examples:
 /// Bakes the shadow map of a scene's light
 ///
 /// SCENE is a scene file (.toml), a model (.obj, .ply, .gltf, .glb, .hair,
-/// .vdb) that is looked at from a light of its own, or builtin:NAME.
+/// .vdb, .usd, .usda, .usdc, .usdz) that is looked at from a light of its own, or builtin:NAME.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct BakeFlags {
