@@ -288,8 +288,9 @@ fn channels_in_layers_are_found_and_said() {
         let steps: Vec<f64> = (0..9)
             .flat_map(|x| {
                 let told = run!("inspect", map, "--json", "--pixel", format!("{x},4")).json();
-                let vertices = told["pixel"]["vertices"].as_array().cloned().unwrap_or_default();
-                vertices.into_iter().filter_map(|vertex| vertex[1].as_f64())
+                let vertices = told["vertices"].as_array().cloned().unwrap_or_default();
+                // Each is a depth, and the light before and behind it.
+                vertices.into_iter().filter_map(|vertex| vertex[2].as_f64())
             })
             .collect();
         let is_partial = steps.iter().any(|&left| left > 0.0 && left < 1.0);
