@@ -23,7 +23,7 @@ pub struct Fragment<T> {
     /// w of the plane at the pixel's centre, which need not be covered.
     pub w: f32,
     /// Growth of w per pixel to the right and downwards. None where the plane is
-    /// unknown, as of strands, which have no normal: they face the camera.
+    /// unknown, as of hits without a normal: they are taken to face the camera.
     pub gradient: Option<[f32; 2]>,
     /// The share of light that it takes, in (0, 1].
     pub opacity: T,
