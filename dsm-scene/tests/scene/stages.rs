@@ -156,9 +156,10 @@ fn stages_no_scene_can_have_are_refused_where_they_are_wrong() {
         ("point3f[] points = [(0, 0)]", "/A: points are no vectors"),
         ("point3f[] points = [(0, 0, 0), (0, 0)]", "line 4: its elements are not alike"),
         ("point3f[] points = [(0, 0, 0", "line 5: "),
-        ("a b c d", "line 4: "),
+        ("float x = ]", "line 4: "),
     ] {
-        let error = open_text(&format!("\ndef Mesh \"A\" {{\n{body}\n}}\n")).unwrap_err();
+        let opened = open_text(&format!("\ndef Mesh \"A\" {{\n{body}\n}}\n"));
+        let error = opened.expect_err(body);
         assert!(error.to_string().contains(reason), "{error}: {reason}");
     }
     let error = open_text("def BasisCurves \"A\" { int[] curveVertexCounts = [2]\n }").unwrap_err();

@@ -43,7 +43,7 @@ pub(super) fn integers(cursor: &mut Cursor<'_>, count: u64, width: Width) -> Res
     if count > packed.saturating_mul(4 * MOST_GROWTH) {
         return Err(broken());
     }
-    let size = count.saturating_mul(width as u64 + 1) + width as u64 + 1;
+    let size = count.saturating_mul(width as u64 + 1).saturating_add(width as u64 + 1);
     let bytes = unpack(cursor, packed, size)?;
     let count = count as usize;
     let (common, rest) = bytes.split_at_checked(width).ok_or_else(broken)?;
