@@ -20,7 +20,7 @@ use crate::reader::MapReader;
 /// use dsm_core::Progress;
 /// use dsm_io::{Limits, MapReader, MergeReport, merge};
 ///
-/// let open = |path: &str| MapReader::open(path.as_ref(), &Limits::default());
+/// let open = |path: &str| MapReader::open(std::path::Path::new(path), &Limits::default());
 /// let parts = [open("left.dsm")?, open("right.dsm")?];
 /// match merge(&parts, "whole.dsm".as_ref(), None, Progress::ignore)? {
 ///     MergeReport::Multiplied { tolerance, .. } => println!("within {}", tolerance.epsilon()),
