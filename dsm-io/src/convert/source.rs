@@ -195,9 +195,7 @@ fn camera(
     };
     let world_to_camera = matrix(header.world_to_camera);
     let world_to_ndc = matrix(header.world_to_ndc);
-    if world_to_camera.or(world_to_ndc).is_none() {
-        return None;
-    }
+    world_to_camera.or(world_to_ndc)?;
     let (camera, reading) = conventions.read(world_to_camera, world_to_ndc);
     report.camera = Some(reading);
     Some(camera)

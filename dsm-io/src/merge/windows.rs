@@ -179,7 +179,7 @@ impl<'a> Windows<'a> {
             found.push((self.corners[*index], own, region));
         }
         parts.push((AchievedError::NONE, rect.pixel_count() - covered));
-        let achieved = AchievedError::of_parts(parts.into_iter());
+        let achieved = AchievedError::of_parts(parts);
         if found.is_empty() {
             return Ok(JoinedTile { id, encoded: EncodedTile::default(), achieved });
         }

@@ -186,7 +186,7 @@ mod tests {
     #[test]
     fn no_plane_matters() {
         let arrow = flat(&[[-1.0, -1.0], [0.0, -0.5], [1.0, -1.0], [0.0, 1.0]]);
-        for (scale, angle) in [(1e-12, 0.5), (1.0, 1.2), (1e12, 2.0), (1.0, 1.570_796)] {
+        for (scale, angle) in [(1e-12, 0.5), (1.0, 1.2), (1e12, 2.0), (1.0, 1.57)] {
             let turn = DMat3::from_rotation_y(angle) * DMat3::from_rotation_x(angle / 2.0);
             let placed = |at: &Vec3| (turn * at.as_dvec3() * scale).as_vec3();
             let corners: Vec<Vec3> = arrow.iter().map(placed).collect();

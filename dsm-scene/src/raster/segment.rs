@@ -122,7 +122,7 @@ impl<const KEYS: usize> Primitive for RaySegment<KEYS> {
         let goes_on = within(last, dot(last, lanes.slope), end.radius, lanes);
         let mut meets = square.simd_lt(radius * radius) | goes_on;
         if self.is_joined {
-            meets = meets & !within(first, first_along, start.radius, lanes);
+            meets &= !within(first, first_along, start.radius, lanes);
         }
         // Where the strand goes on the nearest point may, up to a radius along the ray.
         let reach = radius * lanes.shrink.sqrt();

@@ -10,7 +10,7 @@ const LEFT: &str = "v -1 -1 0\nv 0 -1 0\nv 0 1 0\nv -1 1 0\n";
 fn write(folder: &Path, name: &str, text: impl AsRef<[u8]>) -> Stopped {
     let path = folder.join(name);
     std::fs::write(&path, text).unwrap();
-    stopped_by(&path).unwrap_or_else(|error| panic!("{name}: {error}"))
+    stopped_by(&path).unwrap()
 }
 
 fn check(found: &Stopped, want: f64, name: &str) {

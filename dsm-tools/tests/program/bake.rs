@@ -42,7 +42,7 @@ fn pane(folder: &Folder) -> std::path::PathBuf {
 fn what_a_model_says_that_is_not_understood_is_said() {
     let folder = Folder::new();
     folder.write("a.mtl", "newmtl m\nTr 1.000000\n");
-    let model = folder.write("a.obj", &format!("mtllib a.mtl\nusemtl m\n{OBJ}"));
+    let model = folder.write("a.obj", format!("mtllib a.mtl\nusemtl m\n{OBJ}"));
     let scene = folder.write("scene.toml", "[[object]]\nmesh = \"a.obj\"\n");
     let (map, picture) = (folder.path("map.dsm"), folder.path("picture.png"));
     let warning = "a.obj: material m: Tr 1 without d makes it invisible";

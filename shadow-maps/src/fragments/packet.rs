@@ -99,8 +99,9 @@ impl Packet {
         let mut end = [0.0; LANES];
         let mut behind = 0;
         if let Some(normal) = apex.normal {
-            for lane in 0..lights.len().min(LANES) {
-                let away = DVec3::new(to[0][lane], to[1][lane], to[2][lane]) - from;
+            let ends = to[0].iter().zip(&to[1]).zip(&to[2]).take(lights.len());
+            for (lane, ((&x, &y), &z)) in ends.enumerate() {
+                let away = DVec3::new(x, y, z) - from;
                 behind |= u32::from(away.dot(normal) < 0.0) << lane;
             }
         }

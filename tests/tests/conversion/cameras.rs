@@ -103,9 +103,8 @@ fn the_world_and_the_raster_of_a_real_image_agree() {
     let (in_world, in_raster) =
         (shadow.query_from(&points, 0).unwrap(), shadow.query_raster(&raster, 0).unwrap());
     let mut dark = 0;
-    for index in 0..points.len() {
+    for (index, place) in raster.iter().enumerate() {
         let [world, raster_value] = [&in_world, &in_raster].map(|values| values.rgb(index)[0]);
-        let place = raster[index];
         assert!((world - raster_value).abs() < 1e-6, "{place:?}: {world} {raster_value}");
         dark += usize::from(world < 1.0);
     }

@@ -103,7 +103,7 @@ fn what_is_no_part_is_refused_as_before() {
     assert!(refused.contains("8 × 8 pixels, 5 × 8 pixels"), "{refused}");
     // Another display window, or none.
     for display_window in [None, Some(PixelWindow { min: [0, 0], max: [63, 31] })] {
-        let mut info = beside().metadata().info.clone();
+        let mut info = beside().metadata().info;
         info.display_window = display_window;
         let pixels = PixelLists::<Rgb>::clear(4, 8);
         let path = folder.path().join("other.dsm");

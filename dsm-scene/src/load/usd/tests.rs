@@ -114,8 +114,8 @@ fn compare_strands(found: &Item, expected: &ExpectedItem, scale: f64) {
     for (&length, &wanted) in lengths.iter().zip(&wanted) {
         let own = &strand[start..start + length as usize];
         start += length as usize;
-        for index in at..at + wanted {
-            let (place, radius) = (corners[index], expected.widths[index] / 2.0);
+        for (index, &place) in corners.iter().enumerate().skip(at).take(wanted) {
+            let radius = expected.widths[index] / 2.0;
             let opacity = expected.opacities[index];
             let largest = own.iter().map(|point| point.1).fold(radius, f64::max);
             let error = own

@@ -22,7 +22,7 @@ pub(super) fn decode(packed: &[u8], count: usize, stride: usize) -> Option<Vec<u
     let (first, channels) = tail[tail.len() - stride - channels..].split_at(stride);
     let mut last = first.to_vec();
     let mut out = vec![0; count * stride];
-    let block = (8192 / stride & !(GROUP - 1)).min(256);
+    let block = ((8192 / stride) & !(GROUP - 1)).min(256);
     for elements in out.chunks_mut(block * stride) {
         data = decode_block(data, elements, &mut last, channels, version)?;
     }
