@@ -178,7 +178,7 @@ pub enum Error {
         #[source]
         error: dsm_core::Error,
     },
-    /// More than [`Limits`](crate::limits::Limits) allow.
+    /// More than [`Limits`] allow.
     #[error("{what}: {count} is more than the limit of {limit}")]
     Limit {
         /// The limited quantity.

@@ -179,8 +179,8 @@ pub struct CachedLayers<T: Transmittance, K: MapKind> {
 }
 
 impl<T: Transmittance, K: MapKind<Keys = LayeredKeys>> CachedLayers<T, K> {
-    /// The layers of a cached map, of kind [`Mtsm`](crate::Mtsm) or
-    /// [`Layers`](crate::Layers).
+    /// The layers of a cached map, of kind `mtsm` or
+    /// `layers`.
     #[must_use]
     pub fn new(map: CachedMap<T, K>) -> Self {
         let reader = map.reader();

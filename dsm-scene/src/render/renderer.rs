@@ -241,7 +241,7 @@ impl Renderer {
 
     /// The receiver of an interaction, if it has shadow: on the side of a surface that
     /// is seen, further off than its position may be by rounding, and by twice the ray
-    /// offset of [`crate::SceneReference`], so that a surface shades the side that is
+    /// offset of [`SceneReference`](crate::reference::SceneReference), so that a surface shades the side that is
     /// turned from the light.
     fn shaded(&self, interaction: &Interaction, seed: u64) -> Option<ShadedPoint> {
         let (off, facing) = match interaction.material {
