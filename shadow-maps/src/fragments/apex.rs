@@ -44,6 +44,14 @@ pub(crate) struct Distances<S: Simd> {
     pub(crate) doubtful: u32,
 }
 
+/// By how much a receiver may be off: coordinates that all are numbers of 32 bits may have
+/// been rounded to them, and others to 64.
+fn coordinate_error(receiver: DVec3) -> f64 {
+    let is_single = receiver.as_vec3().as_dvec3() == receiver;
+    let share = if is_single { ROUNDING } else { 4.0 * f64::EPSILON };
+    share * receiver.abs().max_element()
+}
+
 impl Apex {
     /// `None` where nothing can shade a receiver: no deeper than the light's
     /// centre, or not finite.
@@ -58,8 +66,9 @@ impl Apex {
         if !(finite && point.z > frame.light_depth()) {
             return None;
         }
-        // Coordinates may come from 32 bits; a fragment's plane is that of some of its hits.
-        let error = ROUNDING * receiver.abs().max_element().max(point.abs().max_element());
+        // A fragment's plane is that of some of its hits; where the receiver is, its
+        // coordinates say as well as their bits do.
+        let error = coordinate_error(receiver);
         let footprint = frame.footprint(1.0);
         let room = place.z * (ROUNDING + error * place.z + SAME_PLANE * footprint);
         let per_slope = error / frame.footprint(point.z) + 8.0 * ROUNDING;

@@ -74,9 +74,6 @@ impl Method {
             Self::Mtsm | Self::MtsmFiltered | Self::MtsmLookup | Self::Deep => {
                 Agreement::default().with_tolerance(1.0 / f64::from(1 << 16))
             }
-            // Far from the origin a receiver's own surface may not be told from those
-            // beside it.
-            Self::Fragments | Self::FarTable => Agreement::default().with_strays(1.0 / 200.0),
             _ => Agreement::default(),
         }
     }
