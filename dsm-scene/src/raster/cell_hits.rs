@@ -2,6 +2,7 @@
 
 use dsm_core::detail::Result;
 use dsm_core::{TileHits, TileSamples, Transmittance};
+use glam::DVec2;
 
 use super::cells::LANES;
 use super::primitive::Primitive;
@@ -53,13 +54,15 @@ impl CellHits {
         let mut start = 0;
         for &(item, end) in &self.items {
             let primitive = &primitives[item as usize];
-            // What moves has a normal for each time.
-            let step = if P::MOVES { 1 } else { end - start };
+            // What moves has a normal for each time, what turns one for each ray.
+            let step = if P::MOVES || P::TURNS { 1 } else { end - start };
             while start < end {
                 let run = start..start + step;
                 let (found, depths) = (&self.samples[run.clone()], &self.depths[run]);
-                let time = samples.times()[found[0] as usize];
-                match primitive.normal(rays, time) {
+                let first = found[0] as usize;
+                let raster = DVec2::new(samples.x()[first], samples.y()[first]);
+                let ray = rays.slope(rays.through(raster)).extend(-1.0);
+                match primitive.normal(rays, samples.times()[first], ray) {
                     Some(normal) => {
                         hits.push_surfaces_with_normal(found, depths, opacity, normal)?;
                     }

@@ -2,7 +2,7 @@
 
 use fearless_simd::{Simd, f32x16, mask32x16};
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::cells::RayLanes;
 use super::corner::Corner;
@@ -17,6 +17,9 @@ pub(super) trait Primitive: Copy + Send + Sync + 'static {
     /// True if it has a normal.
     const HAS_NORMAL: bool;
 
+    /// True if its normal is another for each ray.
+    const TURNS: bool;
+
     /// True if it moves.
     const MOVES: bool;
 
@@ -25,8 +28,8 @@ pub(super) trait Primitive: Copy + Send + Sync + 'static {
     fn outline(&self, rays: &Rays) -> Option<Self::Outline>;
 
     /// Its normal in camera space (right-handed, the camera looks down −z) at
-    /// `time`, to either side; `None` if it has none.
-    fn normal(&self, rays: &Rays, time: f32) -> Option<Vec3>;
+    /// `time`, to either side, for a ray of this direction; `None` if it has none.
+    fn normal(&self, rays: &Rays, time: f32, ray: DVec3) -> Option<Vec3>;
 
     /// All its corners.
     fn corners(&self) -> &[Corner];

@@ -1,6 +1,6 @@
 //! Segments of strands.
 
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f32x16, mask32x16};
+use fearless_simd::{Select, Simd, SimdBase, f32x16, mask32x16};
 use glam::{DVec3, Vec3};
 
 use super::cells::RayLanes;
@@ -53,6 +53,7 @@ impl<const KEYS: usize> Primitive for RaySegment<KEYS> {
     type Outline = Outline<KEYS, 2>;
 
     const HAS_NORMAL: bool = true;
+    const TURNS: bool = true;
     const MOVES: bool = KEYS > 1;
 
     fn outline(&self, rays: &Rays) -> Option<Self::Outline> {
@@ -62,16 +63,15 @@ impl<const KEYS: usize> Primitive for RaySegment<KEYS> {
         if thick && sound { Outline::project(rays, &self.ends) } else { None }
     }
 
-    /// That of the ribbon which faces the camera.
-    fn normal(&self, rays: &Rays, time: f32) -> Option<Vec3> {
+    /// That of the ribbon which faces the ray.
+    fn normal(&self, rays: &Rays, time: f32, ray: DVec3) -> Option<Vec3> {
         let (open, close) = (&self.ends[0], &self.ends[KEYS - 1]);
         let [a, b] = [0, 1].map(|end| {
             let [open, close] = [open, close].map(|key| key[end].camera_point(rays));
             open.lerp(close, time.into())
         });
         let along = (b - a).try_normalize()?;
-        let middle = (a + b) / 2.0;
-        (middle - along * middle.dot(along)).try_normalize().map(|normal| normal.as_vec3())
+        (ray - along * ray.dot(along)).try_normalize().map(|normal| normal.as_vec3())
     }
 
     fn corners(&self) -> &[Corner] {
@@ -106,10 +106,10 @@ impl<const KEYS: usize> Primitive for RaySegment<KEYS> {
         let shrunk = along_along * lanes.shrink;
         let product = fused(-first_along, shrunk, dot(first, along));
         let length = fused(-along_along, shrunk, dot(along, along));
-        let approach = -product / length;
+        let nearest = -product / length;
         // NaN, of a segment along the ray, is its first end.
-        let approach = approach.simd_gt(zero).select(approach, zero);
-        let nearest = approach.simd_lt(one).select(approach, one);
+        let nearest = nearest.simd_gt(zero).select(nearest, zero);
+        let nearest = nearest.simd_lt(one).select(nearest, one);
         let from_ray = [fused(along[0], nearest, first[0]), fused(along[1], nearest, first[1])];
         let sideways = fused(along_along, nearest, first_along);
         let shift = sideways * lanes.shrink;
@@ -124,11 +124,7 @@ impl<const KEYS: usize> Primitive for RaySegment<KEYS> {
         if self.is_joined {
             meets &= !within(first, first_along, start.radius, lanes);
         }
-        // Where the strand goes on the nearest point may, up to a radius along the ray.
-        let reach = radius * lanes.shrink.sqrt();
-        let beyond = (approach - nearest) * (change.depth + shrunk);
-        let beyond = beyond.max(-reach).min(reach);
-        (meets, goes_on.select(depth + beyond, depth))
+        (meets, depth)
     }
 }
 

@@ -29,13 +29,14 @@ impl<const KEYS: usize> Primitive for RayTriangle<KEYS> {
     type Outline = Outline<KEYS, 3>;
 
     const HAS_NORMAL: bool = true;
+    const TURNS: bool = false;
     const MOVES: bool = KEYS > 1;
 
     fn outline(&self, rays: &Rays) -> Option<Self::Outline> {
         Outline::project(rays, &self.corners)
     }
 
-    fn normal(&self, rays: &Rays, time: f32) -> Option<Vec3> {
+    fn normal(&self, rays: &Rays, time: f32, _: DVec3) -> Option<Vec3> {
         let (open, close) = (&self.corners[0], &self.corners[KEYS - 1]);
         let [a, b, c] = [0, 1, 2].map(|at| {
             let [open, close] = [open, close].map(|key| key[at].camera_point(rays));

@@ -294,14 +294,14 @@ impl Tracer<'_> {
     }
 
     /// The normal in the world of the surface that was met; of a segment of a strand that
-    /// of the ribbon which faces the ray's origin.
+    /// of the ribbon which faces the ray.
     pub(crate) fn normal(&self, ray: &Ray, hit: &Hit) -> Option<DVec3> {
         let object = &self.scene.objects[hit.object as usize].object;
         if let Shape::Curves(curves) = &*object.shape {
             let to_world = object.to_world(ray.time());
             let ends = curves.segment(hit.primitive as usize);
             let [a, b] = ends.map(|(end, _)| to_world.transform_point3(end.as_dvec3()));
-            let (along, away) = ((b - a).try_normalize()?, (a + b) / 2.0 - ray.origin());
+            let (along, away) = ((b - a).try_normalize()?, ray.direction().try_normalize()?);
             return (away - along * away.dot(along)).try_normalize();
         }
         match HitGeometry::of(object, hit.primitive, ray) {

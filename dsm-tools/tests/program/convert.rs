@@ -284,6 +284,17 @@ fn channels_in_layers_are_found_and_said() {
         assert!(told.contains(&format!("\n  {line}\n")), "{name}: {told}");
         assert_eq!(told.contains("no alpha channel"), !has_alpha, "{name}: {told}");
         run!("verify", map, "--against", image).stdout();
+        // Something in it lets some of the light through, if there are opacities.
+        let steps: Vec<f64> = (0..9)
+            .flat_map(|x| {
+                let told = run!("inspect", map, "--json", "--pixel", format!("{x},4")).json();
+                let vertices = told["vertices"].as_array().cloned().unwrap_or_default();
+                // Each is a depth, and the light before and behind it.
+                vertices.into_iter().filter_map(|vertex| vertex[2].as_f64())
+            })
+            .collect();
+        let is_partial = steps.iter().any(|&left| left > 0.0 && left < 1.0);
+        assert_eq!(is_partial, has_alpha, "{name}: {steps:?}");
     }
 }
 

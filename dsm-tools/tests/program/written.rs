@@ -48,6 +48,7 @@ fn a_bake_is_told() {
     let pixels = cut["cut_pixels"].as_u64().unwrap();
     assert!(pixels > 0, "{cut}");
     let note = format!("{pixels} pixels have more layers than --layers keeps");
+    assert_eq!(cut["notes"].as_array().map(Vec::len), Some(1), "{cut}");
     assert!(cut["notes"][0].as_str().is_some_and(|told| told.starts_with(&note)), "{cut}");
 }
 

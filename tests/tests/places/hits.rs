@@ -61,8 +61,7 @@ fn owned(scene: &Scene, trial: &Trial) -> Owned {
 fn rays_meet_the_same_everywhere() {
     for scene in scenes() {
         let camera = scene.light.raster(SIZE).unwrap().shadow_camera();
-        // Along a strand that a ray runs along, depths are rounded as it is long.
-        let agreement = Agreement::default().with_tolerance(f64::from(1 << 16).recip());
+        let agreement = Agreement::default();
         let make = |trial: &Trial| owned(&scene, trial);
         check_hit_source(make, RADIUS, &camera, SIZE, &agreement).unwrap();
         let rasterised = |trial: &Trial| {

@@ -39,7 +39,7 @@ fn pictures_are_the_same_everywhere() {
         let here = picture(&scene, method, &Trial::FIRST).unwrap();
         let dark = here.iter().filter(|&&factor| factor < 0.8).count();
         let lit = here.iter().filter(|&&factor| factor > 0.9).count();
-        assert!(dark > here.len() / 30 && lit > here.len() / 5, "{method:?}: {dark} {lit}");
+        assert!(dark >= here.len() / 25 && lit > here.len() / 5, "{method:?}: {dark} {lit}");
     }
     assert!(failed.is_empty(), "{}", failed.concat());
 }
