@@ -38,6 +38,8 @@ impl Segment {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RaySegment<const KEYS: usize> {
     ends: [[Corner; 2]; KEYS],
+    /// From end to end: more exact than the difference of rounded ends.
+    along: [Vec3; KEYS],
     is_joined: bool,
 }
 
@@ -45,7 +47,8 @@ impl<const KEYS: usize> RaySegment<KEYS> {
     /// The segment between points in camera space, with their radii.
     pub(super) fn new(rays: &Rays, keys: [[(DVec3, f32); 2]; KEYS], is_joined: bool) -> Self {
         let corner = |(point, radius)| Corner::new(rays, point, radius);
-        Self { ends: keys.map(|ends| ends.map(corner)), is_joined }
+        let along = keys.map(|[(start, _), (end, _)]| (end - start).as_vec3());
+        Self { ends: keys.map(|ends| ends.map(corner)), along, is_joined }
     }
 }
 
@@ -64,13 +67,9 @@ impl<const KEYS: usize> Primitive for RaySegment<KEYS> {
     }
 
     /// That of the ribbon which faces the ray.
-    fn normal(&self, rays: &Rays, time: f32, ray: DVec3) -> Option<Vec3> {
-        let (open, close) = (&self.ends[0], &self.ends[KEYS - 1]);
-        let [a, b] = [0, 1].map(|end| {
-            let [open, close] = [open, close].map(|key| key[end].camera_point(rays));
-            open.lerp(close, time.into())
-        });
-        let along = (b - a).try_normalize()?;
+    fn normal(&self, _: &Rays, time: f32, ray: DVec3) -> Option<Vec3> {
+        let [open, close] = [self.along[0], self.along[KEYS - 1]].map(Vec3::as_dvec3);
+        let along = open.lerp(close, time.into()).try_normalize()?;
         (ray - along * ray.dot(along)).try_normalize().map(|normal| normal.as_vec3())
     }
 
