@@ -30,12 +30,15 @@ fn naive(x: f64, y: f64) -> Vec<f32> {
         let [a, b] = segment.ends.map(Vec3::as_dvec3);
         let across = |point: DVec3| point - ray * point.dot(ray);
         let (first, along) = (across(a), across(b - a));
-        let nearest = (-first.dot(along) / along.length_squared()).clamp(0.0, 1.0);
+        let approach = (-first.dot(along) / along.length_squared()).max(0.0);
+        let nearest = approach.min(1.0);
         let radius = f64::from(segment.radii[0]);
         let goes_on = (first + along).length() < radius;
         let began_before = segment.is_joined && first.length() < radius;
         if !began_before && (goes_on || (first + along * nearest).length() < radius) {
-            depths.push((-ray.z * (a + (b - a) * nearest).dot(ray)) as f32);
+            let beyond = if goes_on { (approach - nearest) * (b - a).dot(ray) } else { 0.0 };
+            let t = (a + (b - a) * nearest).dot(ray) + beyond.clamp(-radius, radius);
+            depths.push((-ray.z * t) as f32);
         }
     }
     depths.sort_by(f32::total_cmp);

@@ -110,28 +110,35 @@ pub(super) fn segment(ray: &Ray, keys: &[Segment; 2], time: f32) -> Expected {
     let unit = ray.direction.normalize();
     let across = |vector: DVec3| vector - unit * vector.dot(unit);
     let (first, along) = (across(a - ray.start), across(b - a));
-    let nearest = -first.dot(along) / along.length_squared();
-    let nearest = if nearest.is_nan() { 0.0 } else { nearest.clamp(0.0, 1.0) };
+    let approach = -first.dot(along) / along.length_squared();
+    let approach = if approach.is_nan() { 0.0 } else { approach.max(0.0) };
+    let nearest = approach.min(1.0);
     let distance = (first + along * nearest).length();
     let radius = thick + (thin - thick) * nearest;
     let on_ray = (a + (b - a) * nearest - ray.start).dot(unit);
-    let depth = -(ray.start + unit * on_ray).z;
+    let to_end = (thin - (first + along).length(), thin > 0.0);
+    let beyond = (approach - nearest) * (b - a).dot(unit);
+    let beyond = if to_end.1 && to_end.0 > 0.0 { beyond.clamp(-radius, radius) } else { 0.0 };
+    let depth = -(ray.start + unit * (on_ray + beyond)).z;
     // What moves is rounded where it was, too.
     let moved = (0..2).map(|end| keys[0].ends[end].distance(keys[1].ends[end]));
     let moved = f64::from(moved.fold(0.0, f32::max));
     let size = first.length() + along.length() + moved;
     let rounding = 1e-6 * (radius + size);
     // Of a segment along the ray, hardly a point is nearer than the others.
-    let sliding = (2e-6 * size / along.length()).min(1.0) * (b - a).length();
+    let off = 2e-6 * size / along.length() * (1.0 + approach);
+    let length = (b - a).length();
+    let sliding = off.min(1.0) * length + (off * length).min(2.0 * radius);
     let blur = 1e-5 * depth.abs() + 1e-6 * size + sliding;
+    // Where rounding decides whether the strand goes on, so it does of the depth.
+    let at_end = if to_end.1 && to_end.0.abs() <= rounding { radius } else { 0.0 };
     let before = thick - first.length();
     if keys[0].is_joined && thick > 0.0 && before > -rounding {
         return if before > rounding { Expected::Miss } else { Expected::Uncertain };
     }
     let margin = if radius > 0.0 { radius - distance } else { f64::NAN };
-    // A thick end may reach farther than where the lines come closest.
-    let at_end = if thin > 0.0 { thin - (first + along).length() } else { f64::NAN };
-    expected(margin.max(at_end), rounding, depth, blur)
+    let margin = if to_end.1 { margin.max(to_end.0) } else { margin };
+    expected(margin, rounding, depth, blur + at_end)
 }
 
 /// A ray against a triangle.

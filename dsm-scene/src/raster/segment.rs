@@ -1,6 +1,6 @@
 //! Segments of strands.
 
-use fearless_simd::{Select, Simd, SimdBase, f32x16, mask32x16};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f32x16, mask32x16};
 use glam::{DVec3, Vec3};
 
 use super::cells::RayLanes;
@@ -105,10 +105,10 @@ impl<const KEYS: usize> Primitive for RaySegment<KEYS> {
         let shrunk = along_along * lanes.shrink;
         let product = fused(-first_along, shrunk, dot(first, along));
         let length = fused(-along_along, shrunk, dot(along, along));
-        let nearest = -product / length;
+        let approach = -product / length;
         // NaN, of a segment along the ray, is its first end.
-        let nearest = nearest.simd_gt(zero).select(nearest, zero);
-        let nearest = nearest.simd_lt(one).select(nearest, one);
+        let approach = approach.simd_gt(zero).select(approach, zero);
+        let nearest = approach.simd_lt(one).select(approach, one);
         let from_ray = [fused(along[0], nearest, first[0]), fused(along[1], nearest, first[1])];
         let sideways = fused(along_along, nearest, first_along);
         let shift = sideways * lanes.shrink;
@@ -123,7 +123,11 @@ impl<const KEYS: usize> Primitive for RaySegment<KEYS> {
         if self.is_joined {
             meets &= !within(first, first_along, start.radius, lanes);
         }
-        (meets, depth)
+        // Where the strand goes on the nearest point may, up to a radius along the ray.
+        let reach = radius * lanes.shrink.sqrt();
+        let beyond = (approach - nearest) * (change.depth + shrunk);
+        let beyond = beyond.max(-reach).min(reach);
+        (meets, goes_on.select(depth + beyond, depth))
     }
 }
 

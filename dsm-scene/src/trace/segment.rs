@@ -30,7 +30,8 @@ impl SegmentTest {
     ///
     /// A strand is met once for each stretch of it within its radius of the ray. Such
     /// a stretch is met at its first segment, so that one that `is_joined` to another
-    /// is not met where the stretch has begun before.
+    /// is not met where the stretch has begun before. Where the stretch goes on
+    /// beyond the segment, so does the nearest point, up to a radius along the ray.
     pub(crate) fn crossing(&self, ends: [(DVec3, f64); 2], is_joined: bool) -> Option<SegmentHit> {
         let [(a, near_radius), (b, far_radius)] = ends;
         let [a, b] = [a - self.origin, b - self.origin];
@@ -39,7 +40,8 @@ impl SegmentTest {
         let across = a - self.direction * a_t;
         let step = b - self.direction * b_t - across;
         let length = step.length_squared();
-        let along = if length > 0.0 { (-across.dot(step) / length).clamp(0.0, 1.0) } else { 0.0 };
+        let nearest = if length > 0.0 { -across.dot(step) / length } else { 0.0 };
+        let along = nearest.clamp(0.0, 1.0);
         let radius = near_radius + (far_radius - near_radius) * along;
         let is_within =
             |place: DVec3, radius: f64| radius > 0.0 && place.length_squared() <= radius * radius;
@@ -52,7 +54,12 @@ impl SegmentTest {
         if !goes_on && !is_within(across + step * along, radius) {
             return None;
         }
-        Some(SegmentHit { t: a_t + (b_t - a_t) * along, along })
+        let mut t = a_t + (b_t - a_t) * along;
+        if goes_on && nearest > 1.0 {
+            let reach = radius * self.per_length.sqrt();
+            t += ((nearest - 1.0) * (b_t - a_t)).clamp(-reach, reach);
+        }
+        Some(SegmentHit { t, along })
     }
 }
 

@@ -48,15 +48,17 @@ fn strand_oracle(ray: &Ray, points: &[(DVec3, f64)]) -> Vec<(f64, bool)> {
     for ends in seen.windows(2) {
         let [(a, a_radius), (b, b_radius)] = [ends[0], ends[1]];
         let (from, step) = (a.truncate(), (b - a).truncate());
-        let along = if step.length_squared() < 1e-24 {
+        let approach = if step.length_squared() < 1e-24 {
             0.0
         } else {
-            (-from.dot(step) / step.length_squared()).clamp(0.0, 1.0)
+            (-from.dot(step) / step.length_squared()).max(0.0)
         };
+        let along = approach.min(1.0);
         let radius = a_radius + (b_radius - a_radius) * along;
         let (before, after) = (margin(a, a_radius), margin(b, b_radius));
         let reach = margin(a + (b - a) * along, radius).max(after);
-        let t = a.z + (b.z - a.z) * along;
+        let beyond = if after >= 0.0 { (approach - along) * (b - a).z } else { 0.0 };
+        let t = a.z + (b.z - a.z) * along + beyond.clamp(-radius, radius);
         let unsure = [reach, before, after].iter().any(|margin| margin.abs() < 1e-7);
         if (reach >= 0.0 && !within) || unsure {
             met.push((t / ray.direction().length(), unsure));
