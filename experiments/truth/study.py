@@ -41,7 +41,7 @@ class Effort:
 
 
 FULL = Effort(400, 24, 256, 32)
-SMALL = Effort(100, 16, 0, 24)
+SMALL = Effort(300, 16, 0, 24)
 
 
 def traced(scene):

@@ -6,9 +6,10 @@ use fearless_simd::{Select, Simd, SimdBase, SimdMask, f32x16};
 use glam::DVec3;
 
 use super::groups::SAME_PLANE;
+use super::near_planes::NearPlane;
 use super::packed::Planes;
 use super::range_tree::Block;
-use super::surface::{Surface, covers, turn};
+use super::surface::Surface;
 
 /// What places and planes are rounded by, as a share: a few times the rounding of
 /// `f32`, as they are differences of rounded numbers.
@@ -40,7 +41,7 @@ pub(crate) struct Distances<S: Simd> {
     pub(crate) beyond: [f32x16<S>; 2],
     /// By how much more w their planes have there: NaN where that is its own surface.
     pub(crate) distance: f32x16<S>,
-    /// Bits of those that may be neighbours of its surface.
+    /// Bits of those that may be settled by its surface.
     pub(crate) doubtful: u32,
 }
 
@@ -114,29 +115,13 @@ impl Apex {
         let [along_x, along_y] = some.gradient;
         let distance =
             (some.w - self.w) + (along_x * (beyond[0] - 0.5) + along_y * (beyond[1] - 0.5));
-        let Surface { room, per_slope, per_turn, slope, .. } = self.surface;
-        let off = distance.abs();
+        let Surface { room, per_slope, per_turn, plane: NearPlane { off, slope }, .. } =
+            self.surface;
         let room = (along_x.abs() + along_y.abs()) * per_slope + room;
         let turned = (along_x - slope[0]).abs() + (along_y - slope[1]).abs();
-        let own = off.simd_le(room);
-        let doubtful = off.simd_le(room + turned * per_turn).to_bitmask() as u32;
+        let own = distance.abs().simd_le(room);
+        let from_own = (distance - off).abs();
+        let doubtful = from_own.simd_le(room + turned * per_turn).to_bitmask() as u32;
         Distances { beyond, distance: own.select(splat(f32::NAN), distance), doubtful }
-    }
-
-    /// Whether a doubtful fragment, `beyond` whose pixel the apex lies, is taken for a
-    /// neighbour of its surface, which shades nothing within a cell: not if both lie in
-    /// the apex's own cell.
-    pub(crate) fn is_neighbour(&self, w: f32, coverage: u64, beyond: [f32; 2]) -> bool {
-        !covers(coverage, beyond) || w == self.surface.stand_in
-    }
-
-    /// By how much two slopes differ in the frame's own unit, and how far from the apex
-    /// a plane lies, in sides of a pixel: at right angles to it, `off` along the view.
-    pub(crate) fn compare(&self, slope: [f32; 2], off: f32) -> (f32, f32) {
-        let unit = (self.footprint * self.w).recip();
-        let steep = |slope: [f32; 2]| slope.map(|along| along * unit);
-        let turned = self.slope.map_or(0.0, |own| turn(steep(slope), steep(own)));
-        let [x, y] = steep(slope);
-        (turned, off.abs() * unit / (1.0 + x * x + y * y).sqrt())
     }
 }

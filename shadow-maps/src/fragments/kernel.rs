@@ -10,9 +10,9 @@ use super::apex::{Apex, Distances};
 use super::cone::Cone;
 use super::frontier::Frontier;
 use super::lanes::Lanes;
+use super::near_planes::{CELL, NearPlane};
 use super::packed::PackedFragments;
 use super::range_tree::{Block, ConeTest, RangeTree, RayTest, bits};
-use super::surface::CELL;
 use super::visit_order::VisitOrder;
 
 /// Blocks that wait to be visited. Keeps its memory: never more than 16 of each
@@ -156,16 +156,17 @@ fn meet_block_alone<S: Simd, T: Transmittance>(
                 continue;
             }
             let (u, x, y) = (u.to_array(), x.to_array(), y.to_array());
-            let (beyond_x, beyond_y) = (beyond_x.to_array(), beyond_y.to_array());
             let mut any = false;
             for at in bits(hits) {
                 let bit = ((y[at] as u32) << 3) | x[at] as u32;
                 let covered = chunk.coverage::<T>(at) >> (bit & 63) & 1 == 1;
-                let beyond = [beyond_x[at], beyond_y[at]];
                 let covered = covered
                     && !(doubtful >> at & 1 == 1
                         && (u[at] * slope[0]).abs().max((u[at] * slope[1]).abs()) < CELL
-                        && apex.is_neighbour(chunk.w(at), chunk.coverage::<T>(at), beyond));
+                        && apex.surface.is_settled(NearPlane {
+                            off: distance.to_array()[at],
+                            slope: [along_x.to_array()[at], along_y.to_array()[at]],
+                        }));
                 if covered && u[at] >= start[usize::from(chunk.is_facing(at))] {
                     any = true;
                     lanes.take_alone::<T>(lane, |channel| chunk.opacity(at, channel));
@@ -218,7 +219,7 @@ fn meet_block<S: Simd, T: Transmittance>(
                 let facing = chunk.is_facing(at);
                 let mut met = lanes.meet(simd, beyond, distance[at], gradient, facing, coverage);
                 if doubtful >> at & 1 == 1
-                    && apex.is_neighbour(chunk.w(at), chunk.coverage::<T>(at), beyond)
+                    && apex.surface.is_settled(NearPlane { off: distance[at], slope: gradient })
                 {
                     met &= !lanes.is_near(simd, distance[at], gradient, CELL);
                 }

@@ -22,6 +22,7 @@ mod lane_count;
 mod lanes;
 mod large_pages;
 pub(crate) mod map;
+mod near_planes;
 #[cfg(test)]
 mod oracle;
 mod packed;

@@ -349,12 +349,6 @@ impl Chunk<'_> {
         self.words[3 * self.count + fragment] & FACING != 0
     }
 
-    /// The w of a fragment.
-    #[inline(always)]
-    pub(crate) fn w(&self, fragment: usize) -> f32 {
-        f32::from_bits(self.words[fragment])
-    }
-
     /// The opacity of a fragment in a channel.
     #[inline(always)]
     pub(crate) fn opacity(&self, fragment: usize, channel: usize) -> f32 {

@@ -7,6 +7,8 @@ use glam::DVec3;
 use super::apex::Apex;
 use super::cone::Cone;
 use super::lane_count::LANES;
+use super::near_planes::{CELL, NearPlane};
+use super::surface::Surface;
 
 /// How far along a ray from its receiver it starts: for planes, and for what faces
 /// the camera.
@@ -124,6 +126,15 @@ impl Packet {
             // Lights that are no nearer to the camera shade nothing.
             let shades = away < 0.0 && shares[0][lane] < 1.0;
             end[lane] = if shades { reach as f32 } else { -1.0 };
+        }
+        let Surface { has_side, plane: NearPlane { off, slope: own }, .. } = apex.surface;
+        if has_side {
+            for lane in 0..lights.len().min(LANES) {
+                let along = [slope[0][lane], slope[1][lane]];
+                let u = off / (1.0 - (own[0] * along[0] + own[1] * along[1]));
+                let near = along.iter().all(|along| (along * u).abs() < CELL);
+                behind |= u32::from(u > 0.0 && u < end[lane] && near) << lane;
+            }
         }
         let farthest = (f64::from(range[0]) - w) as f32;
         let count = lights.len().min(LANES);

@@ -139,3 +139,61 @@ fn neighbours_of_one_surface_do_not_shade_it() {
         }
     }
 }
+
+/// The light at a receiver among half planes through a line along y, each on the side of
+/// `x` below 0.03 or not: by rays to a grid of the light's points.
+fn truth(receiver: DVec3, sheets: &[(DVec3, bool)]) -> f64 {
+    let edge = DVec3::new(0.03, 0.0, -4.0);
+    let is_met = |light: DVec3, &(normal, below): &(DVec3, bool)| {
+        let way = light - receiver;
+        let share = (edge - receiver).dot(normal) / way.dot(normal);
+        let x = receiver.x + share * way.x;
+        share > 0.0 && share < 1.0 && (x < 0.03) == below
+    };
+    let side = |step: u32| 0.3 * (2.0 * (f64::from(step) + 0.5) / 64.0 - 1.0);
+    let lights = (0..64 * 64).map(|at| DVec3::new(side(at % 64), side(at / 64), 0.0));
+    let lit = lights.filter(|&light| !sheets.iter().any(|sheet| is_met(light, sheet))).count();
+    lit as f64 / 4096.0
+}
+
+#[test]
+fn planes_that_meet_in_an_edge_end_there() {
+    let below = |at: DVec3| at.x < 0.03;
+    let beyond = |at: DVec3| at.x >= 0.03;
+    let point = DVec3::new(0.03, 0.0, -4.0);
+    // A ridge, a valley, and an edge against the sky: outward normals, which side of the
+    // edge each is on, and along which it goes down from it.
+    // With how many receivers may be off: those that see a part of the light by less of the
+    // edge than a cell shows.
+    let bodies = [
+        [(DVec3::new(-0.5, 0.0, 1.0), true), (DVec3::new(0.4, 0.0, 1.0), false)],
+        [(DVec3::new(0.5, 0.0, 1.0), true), (DVec3::new(-0.4, 0.0, 1.0), false)],
+        [(DVec3::new(4.0, 0.0, 1.0), true), (DVec3::new(5.0, 0.0, -1.0), true)],
+    ];
+    for (body, most) in bodies.into_iter().zip([0, 0, 8]) {
+        let sheets = body.map(|(normal, side)| (normal.normalize(), side));
+        let patches = sheets.map(|(normal, side)| Patch {
+            point,
+            normal,
+            opacity: 1.0,
+            covers: if side { below } else { beyond },
+        });
+        let tracer = FragmentTracer::new(shown(frame([64, 64], 0.0), &patches)).unwrap();
+        let mut off = Vec::new();
+        for (normal, side) in sheets {
+            let mut along = DVec3::Y.cross(normal);
+            along *= if (along.x < 0.0) == side { 1.0 } else { -1.0 };
+            for step in 0..40 {
+                // A fortieth of a pixel off, up to four cells from the edge, on either side.
+                let on = point + along * (f64::from(step) + 0.5) * 1.6e-3;
+                for lift in [0.003, -0.003] {
+                    let receiver = on + normal * lift + DVec3::Y * 0.013 * f64::from(step);
+                    let have = at(&tracer, receiver, DVec3::ZERO, 0.0, false);
+                    off.push(f64::from(have) - truth(receiver, &sheets));
+                }
+            }
+        }
+        let wrong = off.iter().filter(|off| off.abs() > 0.1).count();
+        assert!(wrong <= most, "{body:?}: {wrong} of {}: {off:.2?}", off.len());
+    }
+}
