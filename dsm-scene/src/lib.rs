@@ -35,6 +35,7 @@ mod trace;
 mod transform;
 mod view;
 mod volume;
+mod volume_builder;
 
 pub use builtin::builtin_scene;
 pub use curves::Curves;
@@ -46,7 +47,8 @@ pub use scene::{Object, Scene, Shape};
 pub use trace::traced_scene::TracedScene;
 pub use transform::{Motion, Transform};
 pub use view::Light;
-pub use volume::{Volume, VolumeBuilder};
+pub use volume::Volume;
+pub use volume_builder::VolumeBuilder;
 
 /// Parts that the other crates of this family stand on. They may change with any
 /// version.

@@ -37,7 +37,9 @@ pub(crate) struct Apex {
 
 /// The fragments of a block as they lie to an apex.
 pub(crate) struct Distances<S: Simd> {
-    /// How far their pixels lie before it.
+    /// How far their pixels lie before its own: whole numbers.
+    pub(crate) step: [f32x16<S>; 2],
+    /// How far they lie before it.
     pub(crate) beyond: [f32x16<S>; 2],
     /// By how much more w their planes have there: NaN where that is its own surface.
     pub(crate) distance: f32x16<S>,
@@ -108,10 +110,11 @@ impl Apex {
         some: &Planes<S>,
     ) -> Distances<S> {
         let splat = |value| f32x16::splat(simd, value);
-        let beyond = [0, 1].map(|axis| {
+        let step = [0, 1].map(|axis| {
             let from = self.corner[axis] - 4.0 * block.at[axis] as f32;
-            splat(from) - some.at[axis] + splat(self.within[axis])
+            splat(from) - some.at[axis]
         });
+        let beyond = [0, 1].map(|axis| step[axis] + splat(self.within[axis]));
         let [along_x, along_y] = some.gradient;
         let distance =
             (some.w - self.w) + (along_x * (beyond[0] - 0.5) + along_y * (beyond[1] - 0.5));
@@ -122,6 +125,6 @@ impl Apex {
         let own = distance.abs().simd_le(room);
         let from_own = (distance - off).abs();
         let doubtful = from_own.simd_le(room + turned * per_turn).to_bitmask() as u32;
-        Distances { beyond, distance: own.select(splat(f32::NAN), distance), doubtful }
+        Distances { step, beyond, distance: own.select(splat(f32::NAN), distance), doubtful }
     }
 }

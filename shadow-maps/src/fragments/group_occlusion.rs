@@ -47,7 +47,7 @@ pub(crate) fn is_blocked<S: Simd, T: Transmittance>(
             let chunk = fragments.chunk::<T>(group, chunk);
             let some = chunk.planes(simd);
             let [along_x, along_y] = some.gradient;
-            let Distances { beyond: [beyond_x, beyond_y], distance, doubtful } =
+            let Distances { beyond: [beyond_x, beyond_y], distance, doubtful, .. } =
                 apex.distances(simd, block, &some);
             // Bounds over all slopes.
             let [[x0, x1], [y0, y1]] = cone.slopes;

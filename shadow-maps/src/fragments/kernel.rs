@@ -133,7 +133,7 @@ fn meet_block_alone<S: Simd, T: Transmittance>(
     let apex = stage.apex;
     let fragments = stage.fragments.block::<T>(block.at);
     let splat = |value| f32x16::splat(simd, value);
-    let (zero, eight) = (splat(0.0), splat(8.0));
+    let (one, last) = (splat(1.0), splat(7.0));
     let slope = [lanes.slope[0][lane], lanes.slope[1][lane]];
     let start = [lanes.start[0][lane], lanes.start[1][lane]];
     let [low, high] = [apex.w + enter, apex.w + leave];
@@ -142,13 +142,17 @@ fn meet_block_alone<S: Simd, T: Transmittance>(
             let chunk = fragments.chunk::<T>(group, chunk);
             let some = chunk.planes(simd);
             let [along_x, along_y] = some.gradient;
-            let Distances { beyond: [beyond_x, beyond_y], distance, doubtful } =
+            let Distances { step: [step_x, step_y], distance, doubtful, .. } =
                 apex.distances(simd, block, &some);
             let closing = splat(1.0) - (along_x * slope[0] + along_y * slope[1]);
             let u = distance / closing;
-            let x = (u * slope[0] + beyond_x) * 8.0;
-            let y = (u * slope[1] + beyond_y) * 8.0;
-            let within = x.simd_ge(zero) & x.simd_lt(eight) & y.simd_ge(zero) & y.simd_lt(eight);
+            // As [`Lanes::meet`] tells it.
+            let (x, y) = (u * slope[0] + apex.within[0], u * slope[1] + apex.within[1]);
+            let within = x.simd_ge(-step_x)
+                & x.simd_lt(one - step_x)
+                & y.simd_ge(-step_y)
+                & y.simd_lt(one - step_y);
+            let (x, y) = (((x + step_x) * 8.0).min(last), ((y + step_y) * 8.0).min(last));
             let earliest = splat(start[0].min(start[1]));
             let met = within & u.simd_ge(earliest) & u.simd_lt(splat(lanes.end[lane]));
             let hits = met.to_bitmask() as u32 & some.lanes;
@@ -198,7 +202,7 @@ fn meet_block<S: Simd, T: Transmittance>(
             let chunk = fragments.chunk::<T>(group, chunk);
             let some = chunk.planes(simd);
             let [along_x, along_y] = some.gradient;
-            let Distances { beyond: [beyond_x, beyond_y], distance, doubtful } =
+            let Distances { step, beyond: [beyond_x, beyond_y], distance, doubtful } =
                 apex.distances(simd, block, &some);
             let away = some.w - apex.w;
             let reach = (along_x.abs() + along_y.abs()) * 0.502 + some.w.abs() * 2e-6;
@@ -210,14 +214,14 @@ fn meet_block<S: Simd, T: Transmittance>(
             }
             let distance = distance.to_array();
             let gradient = [along_x.to_array(), along_y.to_array()];
-            let beyond = [beyond_x.to_array(), beyond_y.to_array()];
+            let step = step.map(|step| step.to_array());
             let mut any = false;
             for at in bits(candidates) {
                 let gradient = [gradient[0][at], gradient[1][at]];
-                let beyond = [beyond[0][at], beyond[1][at]];
+                let place = ([step[0][at], step[1][at]], apex.within);
                 let coverage = || chunk.coverage::<T>(at);
                 let facing = chunk.is_facing(at);
-                let mut met = lanes.meet(simd, beyond, distance[at], gradient, facing, coverage);
+                let mut met = lanes.meet(simd, place, distance[at], gradient, facing, coverage);
                 if doubtful >> at & 1 == 1
                     && apex.surface.is_settled(NearPlane { off: distance[at], slope: gradient })
                 {

@@ -65,15 +65,19 @@ impl Lanes {
         }
     }
 
-    /// Which rays meet a fragment of the pixel `beyond` which the apex lies, in
-    /// pixels: `distance` is how much more w its plane has at the apex than it.
+    /// Which rays meet a fragment of the pixel that lies `step` pixels before the apex's
+    /// own, `within` which that is: `distance` is how much more w its plane has at the apex
+    /// than it.
+    ///
+    /// Where a ray is, is told from the apex's own pixel for all of them, so that it
+    /// passes between no two.
     ///
     /// No product is fused with a sum: all processors round alike.
     #[inline(always)]
     pub(crate) fn meet<S: Simd>(
         &self,
         simd: S,
-        beyond: [f32; 2],
+        (step, within): ([f32; 2], [f32; 2]),
         distance: f32,
         gradient: [f32; 2],
         facing: bool,
@@ -84,11 +88,12 @@ impl Lanes {
         let [along_x, along_y] = [load(&self.slope[0]), load(&self.slope[1])];
         let closing = splat(1.0) - (along_x * gradient[0] + along_y * gradient[1]);
         let u = splat(distance) / closing;
-        // In eighths of the pixel.
-        let x = (along_x * u + beyond[0]) * 8.0;
-        let y = (along_y * u + beyond[1]) * 8.0;
-        let (zero, eight) = (splat(0.0), splat(8.0));
-        let within = x.simd_ge(zero) & x.simd_lt(eight) & y.simd_ge(zero) & y.simd_lt(eight);
+        let x = along_x * u + within[0];
+        let y = along_y * u + within[1];
+        let within = x.simd_ge(splat(-step[0]))
+            & x.simd_lt(splat(1.0 - step[0]))
+            & y.simd_ge(splat(-step[1]))
+            & y.simd_lt(splat(1.0 - step[1]));
         let start = load(&self.start[usize::from(facing)]);
         let met = within & u.simd_ge(start) & u.simd_lt(load(&self.end));
         if met.to_bitmask() == 0 {
@@ -98,7 +103,10 @@ impl Lanes {
         if coverage == u64::MAX {
             return met;
         }
-        let (x, y): (u32x16<S>, u32x16<S>) = (x.to_int(), y.to_int());
+        // In eighths of the pixel, of which the last may round to the next pixel.
+        let last = splat(7.0);
+        let x: u32x16<S> = ((x + step[0]) * 8.0).min(last).to_int();
+        let y: u32x16<S> = ((y + step[1]) * 8.0).min(last).to_int();
         let bit = (y << 3) | x;
         let upper = bit.simd_ge(u32x16::splat(simd, 32));
         let (low, high) = (coverage as u32, (coverage >> 32) as u32);

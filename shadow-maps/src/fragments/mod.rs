@@ -33,4 +33,5 @@ mod receivers;
 pub(crate) mod store;
 mod surface;
 pub(crate) mod tracer;
+mod trial;
 mod visit_order;

@@ -197,3 +197,28 @@ fn planes_that_meet_in_an_edge_end_there() {
         assert!(wrong <= most, "{body:?}: {wrong} of {}: {off:.2?}", off.len());
     }
 }
+
+#[test]
+fn no_ray_passes_between_two_pixels() {
+    // Receivers on the borders and corners of pixels, and lights so small that their rays
+    // leave a border by less than numbers there tell apart.
+    let wall = Patch {
+        point: DVec3::new(0.0, 0.0, -3.0),
+        normal: DVec3::new(0.2, -0.1, 1.0).normalize(),
+        opacity: 1.0,
+        covers: |_| true,
+    };
+    let frame = frame([64, 64], 0.0);
+    let tracer = FragmentTracer::new(shown(frame, &[wall])).unwrap();
+    for size in [1e-3, 1e-7, 1e-10, 1e-14, 1e-30] {
+        let light = AreaLight::rectangle(DVec3::ZERO, DVec3::X * size, DVec3::Y * size);
+        for (x, y) in (0..6).flat_map(|x| (0..6).map(move |y| (9 * x + 8, 9 * y + 9))) {
+            for within in [[0.0, 0.0], [0.0, 0.4], [0.6, 0.0], [1e-9, 1.0 - 1e-9], [0.25, 0.5]] {
+                let place = [f64::from(x) + within[0], f64::from(y) + within[1]];
+                let receiver = frame.unproject(place[0], place[1], 5.0);
+                let Ok(lit) = tracer.visibility(receiver, &light, 3);
+                assert_eq!(lit, 0.0, "{place:?} {size}");
+            }
+        }
+    }
+}
