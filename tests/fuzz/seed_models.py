@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes models for the fuzz targets to begin with, one of each kind of tests/interop/models_made.py and some strands.
+"""Writes models for the fuzz targets to begin with, one of each kind that tests/interop makes, and some strands.
 
     tests/fuzz/seed_models.py FOLDER [--gltfpack PROGRAM]
 
@@ -17,7 +17,8 @@ import tempfile
 import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "interop"))
-from models_made import KINDS, gltf  # noqa: E402
+import gltf_made  # noqa: E402
+import models_made  # noqa: E402
 
 BETWEEN_FILES = b"\n-----\n"
 PACKINGS = {
@@ -33,7 +34,7 @@ PACKINGS = {
 
 
 def name_of(kind):
-    return re.sub(r"\W+", "_", kind.split(", ", 1)[1]).strip("_").lower()
+    return re.sub(r"\W+", "_", kind).strip("_").lower()
 
 
 def strands(flags, counts, transparency):
@@ -58,16 +59,14 @@ def main():
     arguments = parser.parse_args()
     for target in ("gltf", "obj", "ply", "hair"):
         (arguments.folder / target).mkdir(parents=True, exist_ok=True)
-    for kind, make in KINDS.items():
-        target = kind.split(",")[0].lower()
-        if target not in ("gltf", "obj", "ply"):
-            continue
-        with tempfile.TemporaryDirectory() as folder:
-            folder = pathlib.Path(folder)
-            path, *_ = make(np.random.default_rng(1), folder)
-            files = [path] + ([folder / "m.mtl"] if (folder / "m.mtl").exists() else [])
-            data = BETWEEN_FILES.join(file.read_bytes() for file in files)
-        (arguments.folder / target / name_of(kind)).write_bytes(data)
+    for target, kinds in (("gltf", gltf_made.KINDS), ("obj", models_made.OBJ), ("ply", models_made.PLY)):
+        for kind, make in kinds.items():
+            with tempfile.TemporaryDirectory() as folder:
+                folder = pathlib.Path(folder)
+                path, *_ = make(np.random.default_rng(1), folder)
+                files = [path] + ([folder / "m.mtl"] if (folder / "m.mtl").exists() else [])
+                data = BETWEEN_FILES.join(file.read_bytes() for file in files)
+            (arguments.folder / target / name_of(kind)).write_bytes(data)
     # A mask of 2 x 2 pixels, in grey.
     mask = struct.pack("<3B5x4H2B", 0, 0, 3, 0, 0, 2, 2, 8, 32) + bytes([0, 90, 180, 255])
     text = b"mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nusemtl m\nf 1/1 2/2 3/3\n"
@@ -78,7 +77,7 @@ def main():
     if arguments.gltfpack:
         with tempfile.TemporaryDirectory() as folder:
             folder = pathlib.Path(folder)
-            path, *_ = gltf(np.random.default_rng(2), folder, "skins")
+            path, *_ = gltf_made.gltf(np.random.default_rng(2), folder, "skins")
             for name, switches in PACKINGS.items():
                 packed = folder / f"{name}.glb"
                 subprocess.run([arguments.gltfpack, "-i", path, "-o", packed, *switches], check=True)

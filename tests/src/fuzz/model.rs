@@ -85,7 +85,6 @@ fn check(scene: &Scene) {
                 first.map(|index| curves.opacity(index, 0.5)).fold(0.0, f32::max)
             }
             Shape::Volume(_) => 0.0,
-            _ => 0.0,
         };
         assert!((0.0..=1.0).contains(&opacity), "{opacity}");
     }
