@@ -20,6 +20,7 @@
 
 mod alpha;
 mod bounds;
+mod bricks;
 mod builtin;
 mod curves;
 mod error;
@@ -35,6 +36,7 @@ mod trace;
 mod transform;
 mod view;
 mod volume;
+mod volume_builder;
 
 pub use builtin::builtin_scene;
 pub use curves::Curves;
@@ -46,7 +48,8 @@ pub use scene::{Object, Scene, Shape};
 pub use trace::traced_scene::TracedScene;
 pub use transform::{Motion, Transform};
 pub use view::Light;
-pub use volume::{Volume, VolumeBuilder};
+pub use volume::Volume;
+pub use volume_builder::VolumeBuilder;
 
 /// Parts that the other crates of this family stand on. They may change with any
 /// version.

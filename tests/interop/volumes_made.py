@@ -97,7 +97,7 @@ def python():
     """A Python with pyopenvdb, or none."""
     for candidate in (sys.executable, "/usr/bin/python3", "python3"):
         try:
-            if subprocess.run([candidate, "-c", "import pyopenvdb"], capture_output=True).returncode == 0:
+            if subprocess.run([candidate, "-c", "import numpy, pyopenvdb"], capture_output=True).returncode == 0:
                 return candidate
         except OSError:
             pass

@@ -133,7 +133,7 @@ fn meet_block_alone<S: Simd, T: Transmittance>(
     let apex = stage.apex;
     let fragments = stage.fragments.block::<T>(block.at);
     let splat = |value| f32x16::splat(simd, value);
-    let (zero, eight) = (splat(0.0), splat(8.0));
+    let eight = splat(8.0);
     let slope = [lanes.slope[0][lane], lanes.slope[1][lane]];
     let start = [lanes.start[0][lane], lanes.start[1][lane]];
     let [low, high] = [apex.w + enter, apex.w + leave];
@@ -148,7 +148,10 @@ fn meet_block_alone<S: Simd, T: Transmittance>(
             let u = distance / closing;
             let x = (u * slope[0] + beyond_x) * 8.0;
             let y = (u * slope[1] + beyond_y) * 8.0;
-            let within = x.simd_ge(zero) & x.simd_lt(eight) & y.simd_ge(zero) & y.simd_lt(eight);
+            // A little before 0 is within if it rounds to 8 in the pixel before: what runs
+            // along a border is in one of the two.
+            let is_from = |at: f32x16<S>| (at + eight).simd_ge(eight) & at.simd_lt(eight);
+            let within = is_from(x) & is_from(y);
             let earliest = splat(start[0].min(start[1]));
             let met = within & u.simd_ge(earliest) & u.simd_lt(splat(lanes.end[lane]));
             let hits = met.to_bitmask() as u32 & some.lanes;

@@ -87,8 +87,11 @@ impl Lanes {
         // In eighths of the pixel.
         let x = (along_x * u + beyond[0]) * 8.0;
         let y = (along_y * u + beyond[1]) * 8.0;
-        let (zero, eight) = (splat(0.0), splat(8.0));
-        let within = x.simd_ge(zero) & x.simd_lt(eight) & y.simd_ge(zero) & y.simd_lt(eight);
+        let eight = splat(8.0);
+        // A little before 0 is within if it rounds to 8 in the pixel before: what runs
+        // along a border is in one of the two.
+        let is_from = |at: f32x16<S>| (at + eight).simd_ge(eight) & at.simd_lt(eight);
+        let within = is_from(x) & is_from(y);
         let start = load(&self.start[usize::from(facing)]);
         let met = within & u.simd_ge(start) & u.simd_lt(load(&self.end));
         if met.to_bitmask() == 0 {

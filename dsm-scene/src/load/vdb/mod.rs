@@ -23,7 +23,8 @@ use self::tree::read_tree;
 use self::values::{ValueType, read_compression};
 use super::read_file;
 use crate::error::Result;
-use crate::volume::{Volume, VolumeBuilder};
+use crate::volume::Volume;
+use crate::volume_builder::VolumeBuilder;
 
 pub(super) fn load(path: &Path, choice: Option<&GridChoice>) -> Result<Volume> {
     parse(&read_file(path)?, choice)

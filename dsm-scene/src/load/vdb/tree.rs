@@ -5,7 +5,7 @@ use glam::IVec3;
 use super::bytes::Bytes;
 use super::values::{Mask, Storage, ValueType};
 use crate::error::Result;
-use crate::volume::VolumeBuilder;
+use crate::volume_builder::VolumeBuilder;
 
 /// Voxels farther out would not be told apart in `f32`.
 const MAX_DISTANCE: i32 = 1 << 24;
