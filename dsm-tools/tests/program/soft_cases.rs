@@ -2,7 +2,12 @@
 //! moved and scaled.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use dsm_core::LightVisibility;
+use dsm_scene::detail::SceneReference;
+use dsm_scene::{TracedScene, open_scene};
+use glam::DVec3;
 use serde_json::Value;
 
 use crate::layers::lights;
@@ -145,6 +150,31 @@ fn shadows_of_cards_and_panes_are_the_references_at_every_resolution() {
             more.extend(["--compare", reference.to_str().unwrap()]);
             let told = draw(&scene, &image, &more);
             assert!(rmse(&told) < 0.003, "{of_picture} {resolution}: {told}");
+        }
+    }
+}
+
+#[test]
+fn points_on_the_ground_below_a_pane_are_as_dark_as_it_is() {
+    let folder = Folder::new();
+    let Some(scene) = given("pane-ground.toml") else { return };
+    let opened = open_scene(&scene).unwrap();
+    let light = opened.light.area().unwrap();
+    let traced = Arc::new(TracedScene::new(&opened).unwrap());
+    let reference = SceneReference::<f32>::new(traced).with_rays(1024);
+    let text = std::fs::read_to_string(given("g.csv").unwrap()).unwrap();
+    let truth = text.lines().skip(1).map(|line| {
+        let numbers: Vec<f64> = line.split(',').map(|number| number.parse().unwrap()).collect();
+        let Ok(light) = reference.visibility(DVec3::from_slice(&numbers), &light, 1);
+        f64::from(light)
+    });
+    let truth: Vec<f64> = truth.collect();
+    for resolution in ["64", "200", "512"] {
+        let more: [&[&str]; 2] = [&["--resolution", resolution], &["--rays", "1024"]];
+        let found = answers(&folder, "pane-ground.toml", "g.csv", more).unwrap();
+        assert_eq!(found.len(), 4);
+        for (found, truth) in found.iter().zip(&truth) {
+            assert!((found - truth).abs() < 0.01, "{resolution}: {found} and not {truth}");
         }
     }
 }
