@@ -17,6 +17,7 @@ import tempfile
 import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "interop"))
+import animation_made  # noqa: E402
 import gltf_made  # noqa: E402
 import models_made  # noqa: E402
 
@@ -59,7 +60,9 @@ def main():
     arguments = parser.parse_args()
     for target in ("gltf", "obj", "ply", "hair"):
         (arguments.folder / target).mkdir(parents=True, exist_ok=True)
-    for target, kinds in (("gltf", gltf_made.KINDS), ("obj", models_made.OBJ), ("ply", models_made.PLY)):
+    animated = {f"animated_{kind}": make for kind, make in animation_made.KINDS.items()}
+    groups = (("gltf", gltf_made.KINDS | animated), ("obj", models_made.OBJ), ("ply", models_made.PLY))
+    for target, kinds in groups:
         for kind, make in kinds.items():
             with tempfile.TemporaryDirectory() as folder:
                 folder = pathlib.Path(folder)

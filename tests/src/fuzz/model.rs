@@ -9,14 +9,17 @@ use dsm_scene::{Scene, SceneRasterizer, Shape, open_scene};
 /// What stands between the files of one input.
 pub const BETWEEN_FILES: &[u8] = b"\n-----\n";
 
-/// Opens a GLB file, or a glTF document.
+/// Opens a GLB file, or a glTF document; at rest, and at a time of its first animation.
 ///
 /// # Panics
 ///
 /// If the scene of what was accepted breaks its rules; so do the others here.
 pub fn gltf(bytes: &[u8]) -> bool {
     let name = if bytes.starts_with(b"glTF") { "a.glb" } else { "a.gltf" };
-    open(&[(name, bytes)])
+    let scene = format!("[[object]]\nmesh = \"{name}\"\ntime = 0.4\nanimation = \"0\"\n");
+    let [at_rest, at_a_time] =
+        open([name, "scene.toml"], &[(name, bytes), ("scene.toml", scene.as_bytes())]);
+    at_rest || at_a_time
 }
 
 /// Opens an OBJ file, `m.mtl` and `t.tga` beside it, with [`BETWEEN_FILES`] between them.
@@ -29,27 +32,33 @@ pub fn obj(bytes: &[u8]) -> bool {
         files.push((name, &rest[..end]));
         rest = rest.get(end + BETWEEN_FILES.len()..).unwrap_or_default();
     }
-    open(&files)
+    open_first(&files)
 }
 
 /// Opens a PLY file.
 pub fn ply(bytes: &[u8]) -> bool {
-    open(&[("a.ply", bytes)])
+    open_first(&[("a.ply", bytes)])
 }
 
 /// Opens a USD layer, text or binary, or a package of some.
 pub fn usd(bytes: &[u8]) -> bool {
     let name = if bytes.starts_with(b"PK") { "a.usdz" } else { "a.usd" };
-    open(&[(name, bytes)])
+    open_first(&[(name, bytes)])
 }
 
 /// Opens a file of strands.
 pub fn hair(bytes: &[u8]) -> bool {
-    open(&[("a.hair", bytes)])
+    open_first(&[("a.hair", bytes)])
 }
 
-/// Opens the first of some files that lie in one folder, and looks at what is in it.
-fn open(files: &[(&str, &[u8])]) -> bool {
+fn open_first(files: &[(&str, &[u8])]) -> bool {
+    let [is_read] = open([files[0].0], files);
+    is_read
+}
+
+/// Opens some of the files that lie in one folder, and looks at what is in them; whether
+/// each could be read.
+fn open<const N: usize>(names: [&str; N], files: &[(&str, &[u8])]) -> [bool; N] {
     // In memory where there is such a folder: files come by the thousand a second.
     let memory = Path::new("/dev/shm");
     let folder = match tempfile::tempdir_in(memory) {
@@ -59,9 +68,13 @@ fn open(files: &[(&str, &[u8])]) -> bool {
     for (name, bytes) in files {
         fs::write(folder.path().join(name), bytes).expect("room for the files");
     }
-    let Ok(scene) = open_scene(&folder.path().join(files[0].0)) else { return false };
-    check(&scene);
-    true
+    names.map(|name| {
+        let scene = open_scene(&folder.path().join(name));
+        scene.as_ref().is_ok_and(|scene| {
+            check(scene);
+            true
+        })
+    })
 }
 
 fn check(scene: &Scene) {
