@@ -14,7 +14,7 @@ use crate::load::read_stage;
 use crate::load::vdb::choice::GridChoice;
 use crate::load::warnings::Warnings;
 use crate::load::{
-    extension, is_stage, load_curves, load_volume, read_file, read_mesh, read_shape,
+    AnimationTime, extension, is_stage, load_curves, load_volume, read_file, read_mesh, read_shape,
 };
 use crate::scene::{Object, Scene, Shape};
 use crate::transform::{Motion, Transform};
@@ -129,6 +129,7 @@ struct ObjectTable {
     builtin: Option<String>,
     usd: Option<PathBuf>,
     time: Option<f64>,
+    animation: Option<String>,
     opacity: Option<Opacity>,
     thickness: Option<f32>,
     density: Option<f32>,
@@ -163,11 +164,11 @@ const fn one() -> f64 {
 /// `[light]` (`eye`, `target`, `up`, `projection`, `fov`, `extent`, `shape`,
 /// `size`, `radius`), `[shutter]` (`open`, `close`) and any number of
 /// `[[object]]` (one of `curves`, `mesh`, `volume`, `usd` and `builtin`; `opacity`,
-/// `thickness`, `density`, `grid`, `time`, `transform`, `transform_end`). Other keys are
-/// errors, and so are `thickness` without `curves`, `density` and `grid` without
-/// `volume`, `time` without `usd`. A USD stage is as many objects as it needs. Of
-/// `fov` and `extent`, and of `size` and `radius`, the one counts that the
-/// projection and the shape have.
+/// `thickness`, `density`, `grid`, `time`, `animation`, `transform`, `transform_end`).
+/// Other keys are errors, and so are `thickness` without `curves`, `density` and `grid`
+/// without `volume`, `time` without `usd` or a `mesh` in glTF, `animation` without both
+/// `mesh` and `time`. A USD stage is as many objects as it needs. Of `fov` and `extent`,
+/// and of `size` and `radius`, the one counts that the projection and the shape have.
 ///
 /// [`Scene::warnings`] holds what models hold that was not understood.
 ///
@@ -352,11 +353,14 @@ fn make_object(table: &ObjectTable, shapes: &mut Shapes<'_>) -> Result<Vec<Objec
     if table.grid.is_some() && table.volume.is_none() {
         return refuse("grid", "only volumes have one");
     }
-    if table.time.is_some() && table.usd.is_none() {
-        return refuse("time", "only usd has one");
+    if table.time.is_some() && table.usd.is_none() && table.mesh.is_none() {
+        return refuse("time", "only usd and mesh have one");
     }
     if table.time.is_some_and(|time| !time.is_finite()) {
         return refuse("time", "must be finite");
+    }
+    if table.animation.is_some() && (table.mesh.is_none() || table.time.is_none()) {
+        return refuse("animation", "only a mesh at a time has one");
     }
     let ObjectTable { curves, mesh, volume, usd, builtin, .. } = table;
     let mut objects = match (curves, mesh, volume, usd, builtin) {
@@ -375,9 +379,12 @@ fn make_object(table: &ObjectTable, shapes: &mut Shapes<'_>) -> Result<Vec<Objec
             vec![of_shape(shapes.get(path, table.thickness.map(|size| size.to_string()), load)?)]
         }
         (None, Some(path), None, None, None) => {
-            let load =
-                |path: &Path, warnings: &mut Warnings| read_mesh(path, warnings).map(Shape::Mesh);
-            vec![of_shape(shapes.get(path, None, load)?)]
+            let time =
+                table.time.map(|time| AnimationTime { time, animation: table.animation.clone() });
+            let load = |path: &Path, warnings: &mut Warnings| {
+                read_mesh(path, time.as_ref(), warnings).map(Shape::Mesh)
+            };
+            vec![of_shape(shapes.get(path, time.as_ref().map(|time| format!("{time:?}")), load)?)]
         }
         (None, None, Some(path), None, None) => {
             let choice = table.grid.as_deref().map(str::parse).transpose()?;

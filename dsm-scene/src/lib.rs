@@ -20,6 +20,7 @@
 
 mod alpha;
 mod bounds;
+mod bricks;
 mod builtin;
 mod curves;
 mod error;

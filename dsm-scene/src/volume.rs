@@ -194,30 +194,3 @@ pub(crate) fn voxel_in_brick(index: IVec3) -> usize {
 pub(crate) fn flat(at: UVec3, size: UVec3) -> usize {
     at.x as usize + size.x as usize * (at.y as usize + size.y as usize * at.z as usize)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn density_is_trilinear_between_voxels() {
-        let value = |index: IVec3| (index.x + 10 * index.y + 100 * index.z + 1) as f32;
-        let size = DVec3::new(0.5, 0.25, 2.0);
-        let volume =
-            Volume::from_fn(UVec3::new(20, 9, 11), size, DVec3::new(1.0, 2.0, 3.0), value).unwrap();
-        assert_eq!(volume.voxel_count(), 20 * 9 * 11);
-        assert_eq!(volume.extent(), Some([IVec3::ZERO, IVec3::new(19, 8, 10)]));
-        // A trilinear function comes back between bricks, too.
-        for index in [[0.0, 0.0, 0.0], [7.5, 7.25, 7.75], [3.3, 2.1, 9.9], [15.9, 7.9, 8.1]] {
-            let index = DVec3::from(index);
-            let point = index * size + DVec3::new(1.0, 2.0, 3.0);
-            let expected = index.x + 10.0 * index.y + 100.0 * index.z + 1.0;
-            assert!((f64::from(volume.density(point)) - expected).abs() < 1e-3, "{index}");
-        }
-        // Half a voxel outside, half of it.
-        let outside = volume.density(DVec3::new(0.75, 2.0, 3.0));
-        assert!((outside - 0.5).abs() < 1e-6);
-        assert_eq!(volume.density(DVec3::splat(1e30)), 0.0);
-        assert_eq!(volume.density(DVec3::splat(-1e30)), 0.0);
-    }
-}

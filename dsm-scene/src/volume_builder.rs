@@ -1,9 +1,10 @@
-//! Builds of volumes.
+//! Volumes that are made voxel by voxel.
 
 use std::collections::{HashMap, HashSet};
 
 use glam::{DAffine3, DMat3, DVec3, IVec3, UVec3};
 
+use crate::bricks::Bricks;
 use crate::error::{Error, Place, Result};
 use crate::volume::{BRICK_LOG2, BRICK_VOXELS, Volume, flat, voxel_in_brick};
 
@@ -27,7 +28,7 @@ const MAX_COORDINATE: i32 = 1 << 28;
 /// ```
 #[derive(Debug)]
 pub struct VolumeBuilder {
-    bricks: HashMap<IVec3, u32>,
+    bricks: Bricks,
     values: Vec<f32>,
     constants: HashMap<u32, u32>,
     shared: HashSet<u32>,
@@ -40,7 +41,7 @@ pub struct VolumeBuilder {
 impl Default for VolumeBuilder {
     fn default() -> Self {
         Self {
-            bricks: HashMap::new(),
+            bricks: Bricks::default(),
             values: vec![0.0; BRICK_VOXELS],
             constants: HashMap::new(),
             shared: HashSet::new(),
@@ -88,11 +89,11 @@ impl VolumeBuilder {
 
     fn write(&mut self, index: IVec3, value: f32) -> Result<()> {
         let brick = index >> BRICK_LOG2;
-        let slot = match self.bricks.get(&brick) {
-            Some(slot) if !self.shared.contains(slot) => *slot,
+        let slot = match self.bricks.get(brick) {
+            Some(slot) if !self.shared.contains(&slot) => slot,
             shared => {
                 // A brick of its own, filled like the one that it shared.
-                let from = shared.map_or(0, |&slot| slot as usize * BRICK_VOXELS);
+                let from = shared.map_or(0, |slot| slot as usize * BRICK_VOXELS);
                 let slot = (self.values.len() / BRICK_VOXELS) as u32;
                 self.values.extend_from_within(from..from + BRICK_VOXELS);
                 self.insert(brick, slot)?;
@@ -120,19 +121,15 @@ impl VolumeBuilder {
         });
         self.shared.insert(slot);
         let (first, last) = (index >> BRICK_LOG2, end >> BRICK_LOG2);
-        for z in first.z..=last.z {
-            for y in first.y..=last.y {
-                for x in first.x..=last.x {
-                    self.insert(IVec3::new(x, y, z), slot)?;
-                }
-            }
+        if self.bricks.fill(first, last, slot, MAX_BRICKS) {
+            return Ok(());
         }
-        Ok(())
+        check_bricks(self.bricks.count())
     }
 
     fn insert(&mut self, brick: IVec3, slot: u32) -> Result<()> {
         self.bricks.insert(brick, slot);
-        check_bricks(self.bricks.len() as u64)
+        check_bricks(self.bricks.count())
     }
 
     fn note(&mut self, first: IVec3, last: IVec3, value: f32, voxels: u64) -> Result<f32> {
@@ -176,29 +173,28 @@ impl VolumeBuilder {
         let brick_count = (last - first + 1).as_uvec3();
         let sides = brick_count.to_array().map(u64::from);
         check_bricks(sides.into_iter().fold(1, u64::saturating_mul))?;
-        // What is outside the box that the others make is not looked at.
-        self.bricks.retain(|brick, _| brick.cmpge(first).all() && brick.cmple(last).all());
-        let mut table = vec![0; brick_count.element_product() as usize];
+        let mut around = 0;
         if self.background > 0.0 {
-            let slot = (self.values.len() / BRICK_VOXELS) as u32;
+            around = (self.values.len() / BRICK_VOXELS) as u32;
             self.values.resize(self.values.len() + BRICK_VOXELS, self.background);
-            for index in 0..table.len() as u64 {
-                self.bricks.entry(first + unflat(index, brick_count)).or_insert(slot);
-            }
         }
-        for (&brick, &slot) in &self.bricks {
+        let mut table = vec![around; brick_count.element_product() as usize];
+        // What is outside the box that the others make is not looked at.
+        for (brick, slot) in self.bricks.within(first, last) {
             table[flat((brick - first).as_uvec3(), brick_count)] = slot;
         }
+        let bricks = self.values.as_chunks::<BRICK_VOXELS>().0.iter();
+        let is_empty: Vec<bool> =
+            bricks.map(|values| values.iter().all(|&value| value == 0.0)).collect();
         let cells = brick_count + 1;
         let mut occupied = vec![false; cells.to_array().map(|side| side as usize).iter().product()];
-        for (&brick, &slot) in &self.bricks {
-            let start = slot as usize * BRICK_VOXELS;
-            if self.values[start..start + BRICK_VOXELS].iter().all(|&value| value == 0.0) {
+        for (index, &slot) in (0..).zip(&table) {
+            if is_empty[slot as usize] {
                 continue;
             }
             for corner in 0..8 {
                 let back = UVec3::new(corner & 1, corner >> 1 & 1, corner >> 2);
-                occupied[flat((brick - first).as_uvec3() + 1 - back, cells)] = true;
+                occupied[flat(unflat(index, brick_count).as_uvec3() + 1 - back, cells)] = true;
             }
         }
         Ok(Volume {
@@ -329,5 +325,27 @@ mod tests {
         let empty = VolumeBuilder::default().build(DVec3::ONE, DVec3::ZERO).unwrap();
         assert!(empty.bounds().is_empty() && empty.density(DVec3::ZERO) == 0.0);
         assert!(VolumeBuilder::default().build(DVec3::ZERO, DVec3::ZERO).is_err());
+    }
+
+    #[test]
+    fn density_is_trilinear_between_voxels() {
+        let value = |index: IVec3| (index.x + 10 * index.y + 100 * index.z + 1) as f32;
+        let size = DVec3::new(0.5, 0.25, 2.0);
+        let volume =
+            Volume::from_fn(UVec3::new(20, 9, 11), size, DVec3::new(1.0, 2.0, 3.0), value).unwrap();
+        assert_eq!(volume.voxel_count(), 20 * 9 * 11);
+        assert_eq!(volume.extent(), Some([IVec3::ZERO, IVec3::new(19, 8, 10)]));
+        // A trilinear function comes back between bricks, too.
+        for index in [[0.0, 0.0, 0.0], [7.5, 7.25, 7.75], [3.3, 2.1, 9.9], [15.9, 7.9, 8.1]] {
+            let index = DVec3::from(index);
+            let point = index * size + DVec3::new(1.0, 2.0, 3.0);
+            let expected = index.x + 10.0 * index.y + 100.0 * index.z + 1.0;
+            assert!((f64::from(volume.density(point)) - expected).abs() < 1e-3, "{index}");
+        }
+        // Half a voxel outside, half of it.
+        let outside = volume.density(DVec3::new(0.75, 2.0, 3.0));
+        assert!((outside - 0.5).abs() < 1e-6);
+        assert_eq!(volume.density(DVec3::splat(1e30)), 0.0);
+        assert_eq!(volume.density(DVec3::splat(-1e30)), 0.0);
     }
 }

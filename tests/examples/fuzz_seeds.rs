@@ -8,11 +8,12 @@ use std::fs;
 use std::path::Path;
 
 use dsm_tests::forge::Forge;
+use dsm_tests::fuzz::TARGETS;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = std::env::args().nth(1).ok_or("which folder?")?;
     let folder = Path::new(&folder);
-    for target in ["header", "directory", "tile", "layered", "deep_exr", "vdb"] {
+    for (target, _) in TARGETS {
         fs::create_dir_all(folder.join(target))?;
     }
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -46,6 +47,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         let path = file?.path();
         if path.extension().is_some_and(|extension| extension == "vdb") {
             fs::copy(&path, folder.join("vdb").join(path.file_stem().unwrap_or_default()))?;
+        }
+    }
+    for kind in ["text", "binary", "packed"] {
+        for file in fs::read_dir(root.join("../dsm-scene/tests/data/usd").join(kind))? {
+            let path = file?.path();
+            fs::copy(&path, folder.join("usd").join(path.file_name().unwrap_or_default()))?;
         }
     }
     Ok(())

@@ -10,6 +10,10 @@ use crate::error::{Error, Place, Result};
 
 /// An image may unpack to this many bytes.
 const MAX_BYTES: u64 = 1 << 30;
+/// Nor to more than this for each byte of its file, on top of [`FREE_BYTES`]: masks that
+/// are nearly empty are packed that well, and no small file fills the memory.
+const BYTES_PER_BYTE: u64 = 1 << 15;
+const FREE_BYTES: u64 = 1 << 26;
 
 /// The channel of an image that holds opacity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,14 +50,16 @@ pub(super) fn decode(
         return Ok(None);
     }
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    let most = BYTES_PER_BYTE.saturating_mul(bytes.len() as u64).saturating_add(FREE_BYTES);
+    let most = most.min(MAX_BYTES);
     let mut limits = Limits::default();
-    limits.max_alloc = Some(MAX_BYTES);
+    limits.max_alloc = Some(most);
     reader.limits(limits);
     let decoder = reader.into_decoder().map_err(|error| match error {
         image::ImageError::Unsupported(_) => unknown(),
         error => broken(error),
     })?;
-    if decoder.total_bytes() > MAX_BYTES {
+    if decoder.total_bytes() > most {
         return Err(Error::malformed(Place::Header, "the image is too large"));
     }
     let image = DynamicImage::from_decoder(decoder).map_err(broken)?;
@@ -165,6 +171,11 @@ mod tests {
         let error = decode(b"GIF89a", Some("gif"), Channel::Alpha).unwrap_err();
         assert!(error.to_string().contains("must be a PNG, JPEG"), "{error}");
         assert!(decode(b"no image", None, Channel::Alpha).is_err());
+        // 15,000 × 15,000 pixels, of which 16 are there.
+        let mut sparse = encoded(ImageFormat::Tga, ExtendedColorType::Rgba8, &[7; 8]);
+        sparse[12..16].copy_from_slice(&[0x98, 0x3a, 0x98, 0x3a]);
+        let error = decode(&sparse, Some("tga"), Channel::Alpha).unwrap_err();
+        assert!(error.to_string().contains("too large"), "{error}");
         // 2³¹ × 2³¹ pixels in 33 bytes.
         let mut huge = encoded(ImageFormat::Png, ExtendedColorType::Rgba8, &[7; 8]);
         huge[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff, 0x7f, 0xff, 0xff, 0xff]);

@@ -20,13 +20,22 @@ use std::path::Path;
 use self::vdb::choice::GridChoice;
 use self::warnings::Warnings;
 use crate::curves::Curves;
-use crate::error::{Error, Result};
+use crate::error::{Error, Place, Result};
 use crate::mesh::TriangleMesh;
 use crate::scene::{Object, Shape};
 use crate::volume::Volume;
 
 /// Vertices and triangles of a mesh, together with its copies.
 pub(crate) const MAX_PRIMITIVES: u64 = 100_000_000;
+
+/// An animation of a glTF file at a time.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct AnimationTime {
+    /// Its name, or its number from 0; may be left out where there is one only.
+    pub(crate) animation: Option<String>,
+    /// In seconds; before its first keyframe and after its last these hold.
+    pub(crate) time: f64,
+}
 
 /// Reads a mesh: Wavefront `.obj`, Stanford `.ply` (text and binary, either
 /// byte order), `.gltf` and `.glb`, by the extension.
@@ -36,7 +45,8 @@ pub(crate) const MAX_PRIMITIVES: u64 = 100_000_000;
 /// materials, from the alpha of a `.ply`'s vertices, and from the alpha of a glTF's
 /// base colour, times that of its vertices, where its material is a mask or blends.
 /// glTF nodes of the default scene are placed, with their instances; meshes with
-/// skins and morph targets stand as at rest, and animations are not applied.
+/// skins and morph targets stand as at rest, and animations are not applied: a scene
+/// file can ask for one at a time.
 ///
 /// # Errors
 ///
@@ -44,17 +54,25 @@ pub(crate) const MAX_PRIMITIVES: u64 = 100_000_000;
 /// of its format, needs something that is not supported, or has coordinates that no
 /// scene can have; an image is missing that the opacity needs.
 pub fn load_mesh(path: &Path) -> Result<TriangleMesh> {
-    read_mesh(path, &mut Warnings::default())
+    read_mesh(path, None, &mut Warnings::default())
 }
 
-/// As [`load_mesh`], with what there is to warn of.
-pub(crate) fn read_mesh(path: &Path, warnings: &mut Warnings) -> Result<TriangleMesh> {
+/// As [`load_mesh`], with what there is to warn of, at a time if it has animations.
+pub(crate) fn read_mesh(
+    path: &Path,
+    time: Option<&AnimationTime>,
+    warnings: &mut Warnings,
+) -> Result<TriangleMesh> {
     let expected = "a mesh is .obj, .ply, .gltf or .glb";
     let mut of_file = Warnings::default();
     let mesh = match extension(path).as_deref() {
+        Some("obj" | "ply") if time.is_some() => {
+            let reason = "only meshes in glTF have animations";
+            Err(Error::malformed(Place::Named("time".into()), reason))
+        }
         Some("obj") => obj::load(path, &mut of_file),
         Some("ply") => ply::load(path, &mut of_file),
-        Some("gltf" | "glb") => gltf::load(path, &mut of_file),
+        Some("gltf" | "glb") => gltf::load(path, time, &mut of_file),
         _ => Err(unknown(path, expected)),
     };
     let mesh = mesh.map_err(|error| error.in_file(path))?;
@@ -125,7 +143,7 @@ pub(crate) fn read_shape(path: &Path, warnings: &mut Warnings) -> Result<Shape> 
     match extension(path).as_deref() {
         Some("hair") => load_curves(path).map(Shape::Curves),
         Some("vdb") => load_volume(path, None).map(Shape::Volume),
-        Some("obj" | "ply" | "gltf" | "glb") => read_mesh(path, warnings).map(Shape::Mesh),
+        Some("obj" | "ply" | "gltf" | "glb") => read_mesh(path, None, warnings).map(Shape::Mesh),
         _ if is_stage(path) => {
             let expected = "a stage has many shapes: a scene is opened from it";
             Err(unknown(path, expected).in_file(path))

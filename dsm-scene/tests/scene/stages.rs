@@ -97,7 +97,7 @@ fn a_scene_file_places_a_stage_at_a_time() {
     let path = folder.path().join("scene.toml");
     std::fs::write(&path, "[[object]]\nbuiltin = 'hairball'\ntime = 1\n").unwrap();
     let error = open_scene(&path).unwrap_err().to_string();
-    assert!(error.contains("time: only usd has one"), "{error}");
+    assert!(error.contains("time: only usd and mesh have one"), "{error}");
 }
 
 #[test]

@@ -16,6 +16,7 @@ mod merge;
 mod mip;
 mod render;
 mod run;
+mod soft_cases;
 mod soft_shadows;
 mod thin_surfaces;
 mod usage;

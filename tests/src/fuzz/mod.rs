@@ -8,6 +8,7 @@ mod deep_exr;
 mod directory;
 mod header;
 mod layered;
+mod model;
 mod tile;
 mod vdb;
 
@@ -18,6 +19,7 @@ pub use deep_exr::deep_exr;
 pub use directory::directory;
 pub use header::header;
 pub use layered::{layered, read_any_kind};
+pub use model::{BETWEEN_FILES, gltf, hair, obj, ply, usd};
 pub use tile::tile;
 pub use vdb::vdb;
 
@@ -25,13 +27,18 @@ pub use vdb::vdb;
 pub type Target = fn(&[u8]) -> bool;
 
 /// The targets by name.
-pub const TARGETS: [(&str, Target); 6] = [
+pub const TARGETS: [(&str, Target); 11] = [
     ("header", header),
     ("directory", directory),
     ("tile", tile),
     ("layered", layered),
     ("deep_exr", deep_exr),
     ("vdb", vdb),
+    ("gltf", gltf),
+    ("obj", obj),
+    ("ply", ply),
+    ("usd", usd),
+    ("hair", hair),
 ];
 
 /// Limits under which nothing takes more than some megabytes.

@@ -56,7 +56,8 @@ pub(super) struct Root {
     pub(super) textures: Vec<Texture>,
     pub(super) samplers: Vec<Sampler>,
     pub(super) images: Vec<Image>,
-    pub(super) animations: Vec<IgnoredAny>,
+    /// Read when one is asked for, as [`Animation`].
+    pub(super) animations: Vec<serde_json::Value>,
     pub(super) extensions_used: Vec<String>,
     pub(super) extensions_required: Vec<String>,
 }
@@ -146,6 +147,46 @@ pub(super) struct PrimitiveExtensions {
 pub(super) struct Skin {
     pub(super) joints: Vec<Whole>,
     pub(super) inverse_bind_matrices: Option<Whole>,
+}
+
+#[derive(Debug, Default, Derive)]
+#[serde(default)]
+pub(super) struct Animation {
+    pub(super) channels: Vec<Channel>,
+    pub(super) samplers: Vec<AnimationSampler>,
+}
+
+#[derive(Debug, Derive)]
+pub(super) struct Channel {
+    pub(super) sampler: Whole,
+    pub(super) target: ChannelTarget,
+}
+
+#[derive(Debug, Derive)]
+pub(super) struct ChannelTarget {
+    pub(super) node: Option<Whole>,
+    pub(super) path: String,
+    #[serde(default)]
+    pub(super) extensions: ChannelExtensions,
+}
+
+#[derive(Debug, Default, Derive)]
+#[serde(default)]
+pub(super) struct ChannelExtensions {
+    #[serde(rename = "KHR_animation_pointer")]
+    pub(super) pointer: Option<Pointer>,
+}
+
+#[derive(Debug, Derive)]
+pub(super) struct Pointer {
+    pub(super) pointer: String,
+}
+
+#[derive(Debug, Derive)]
+pub(super) struct AnimationSampler {
+    pub(super) input: Whole,
+    pub(super) output: Whole,
+    pub(super) interpolation: Option<String>,
 }
 
 #[derive(Debug, Default, Derive)]

@@ -6,9 +6,11 @@ mod collected;
 mod container;
 mod extensions;
 mod json;
+mod keys;
 mod material;
 mod meshopt;
 mod nodes;
+mod pose;
 mod skin;
 #[cfg(test)]
 mod tests;
@@ -21,31 +23,46 @@ use self::collected::{Collected, Placement};
 use self::json::Root;
 use self::material::Materials;
 use self::nodes::Nodes;
+use self::pose::Pose;
 use self::skin::Skin;
 use self::vertices::Vertices;
 use super::warnings::Warnings;
-use super::{extension, read_file};
+use super::{AnimationTime, extension, read_file};
 use crate::error::{Error, Place, Result};
 use crate::mesh::TriangleMesh;
 
-pub(super) fn load(path: &Path, warnings: &mut Warnings) -> Result<TriangleMesh> {
+/// Reads a file as it stands, or as its animation has it at a time.
+pub(super) fn load(
+    path: &Path,
+    time: Option<&AnimationTime>,
+    warnings: &mut Warnings,
+) -> Result<TriangleMesh> {
     let bytes = read_file(path)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     if extension(path).as_deref() == Some("glb") && !bytes.starts_with(b"glTF") {
         return Err(Error::malformed(Place::Header, "not a GLB file: must begin with glTF"));
     }
-    parse(&bytes, folder, warnings)
+    parse(&bytes, folder, time, warnings)
 }
 
-fn parse(bytes: &[u8], folder: &Path, warnings: &mut Warnings) -> Result<TriangleMesh> {
+fn parse(
+    bytes: &[u8],
+    folder: &Path,
+    time: Option<&AnimationTime>,
+    warnings: &mut Warnings,
+) -> Result<TriangleMesh> {
     let (root, blob) = container::open(bytes)?;
     extensions::check(&root, warnings)?;
-    if !root.animations.is_empty() {
+    let buffers = Buffers::new(&root, blob, folder);
+    let pose = match time {
+        Some(time) => Pose::at(time, &buffers, warnings)?,
+        None => Pose::default(),
+    };
+    if time.is_none() && !root.animations.is_empty() {
         warnings.add("animations are not applied: everything stands as its nodes say");
     }
-    let buffers = Buffers::new(&root, blob, folder);
     let materials = Materials { buffers: &buffers, folder };
-    let nodes = Nodes::place(&root)?;
+    let nodes = Nodes::place(&root, &pose)?;
     let mut mesh = Collected::new(materials, bytes.len());
     for &index in &nodes.drawn {
         let Some(shape) = root.nodes[index].mesh else { continue };
@@ -74,7 +91,7 @@ fn add_mesh<'a>(
         None => None,
     };
     let instances = nodes.instances(node, buffers)?;
-    let weights = root.nodes[node].weights.as_ref().unwrap_or(&shape.weights);
+    let weights = nodes.weights(node).unwrap_or(&shape.weights);
     for (index, primitive) in shape.primitives.iter().enumerate() {
         let name = shape.name.as_ref().map_or(String::new(), |name| format!(" ({name:.60})"));
         let vertices = Vertices { primitive, buffers, weights };

@@ -1,15 +1,18 @@
 //! The tree of nodes: what is drawn, and where every node stands.
 
-use glam::{DMat4, DQuat, DVec3};
+use glam::{DMat4, DVec3};
 
 use super::buffers::Buffers;
 use super::json::{Node, Root};
+use super::keys::rotation_of;
+use super::pose::{NodePose, Pose};
 use super::{at_place, malformed};
 use crate::error::{Error, Place, Result};
 
 /// The nodes of a file in the world.
 pub(super) struct Nodes<'a> {
     root: &'a Root,
+    pose: &'a Pose,
     /// Node to world; none of those in no tree.
     world: Vec<Option<DMat4>>,
     /// The nodes of the default scene that are seen, in the order of the tree.
@@ -19,8 +22,9 @@ pub(super) struct Nodes<'a> {
 impl<'a> Nodes<'a> {
     /// Places all nodes of the default scene, else the first, and those of other trees,
     /// on which joints may stand.
-    pub(super) fn place(root: &'a Root) -> Result<Self> {
-        let mut nodes = Self { root, world: vec![None; root.nodes.len()], drawn: Vec::new() };
+    pub(super) fn place(root: &'a Root, pose: &'a Pose) -> Result<Self> {
+        let world = vec![None; root.nodes.len()];
+        let mut nodes = Self { root, pose, world, drawn: Vec::new() };
         let scene = root.scene.map_or(0, |scene| scene.0);
         match root.scenes.get(scene) {
             Some(scene) => {
@@ -59,7 +63,7 @@ impl<'a> Nodes<'a> {
                 }
                 return Err(Error::malformed(place(), "occurs twice in the tree"));
             }
-            let world = parent * local(node);
+            let world = parent * local(node, self.pose.of(index));
             self.world[index] = Some(world);
             let is_visible = node.extensions.visibility.as_ref().is_none_or(|at| at.visible);
             let is_seen = is_seen && is_visible;
@@ -75,6 +79,13 @@ impl<'a> Nodes<'a> {
     pub(super) fn world(&self, index: usize) -> Result<DMat4> {
         let world = self.world.get(index).copied().flatten();
         world.ok_or_else(|| malformed(format!("node {index} is in no tree")))
+    }
+
+    /// The weights of the morph targets of a node's mesh, if the node or its animation
+    /// has some.
+    pub(super) fn weights(&self, index: usize) -> Option<&'a Vec<f32>> {
+        let animated = self.pose.of(index).and_then(|pose| pose.weights.as_ref());
+        animated.or(self.root.nodes[index].weights.as_ref())
     }
 
     /// The places of a node's mesh in the world: one, or those of its instances.
@@ -107,7 +118,7 @@ impl<'a> Nodes<'a> {
                 world
                     * DMat4::from_scale_rotation_translation(
                         DVec3::from(scale.map(f64::from)),
-                        turned(rotation.map(f64::from)),
+                        rotation_of(rotation.map(f64::from)),
                         DVec3::from(translation.map(f64::from)),
                     )
             };
@@ -118,19 +129,16 @@ impl<'a> Nodes<'a> {
 }
 
 /// Node to parent.
-fn local(node: &Node) -> DMat4 {
+fn local(node: &Node, pose: Option<&NodePose>) -> DMat4 {
     if let Some(matrix) = &node.matrix {
         return DMat4::from_cols_array(matrix);
     }
+    let scale = pose.and_then(|pose| pose.scale);
+    let rotation = pose.and_then(|pose| pose.rotation);
+    let translation = pose.and_then(|pose| pose.translation);
     DMat4::from_scale_rotation_translation(
-        DVec3::from(node.scale.unwrap_or([1.0; 3])),
-        turned(node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0])),
-        DVec3::from(node.translation.unwrap_or_default()),
+        scale.unwrap_or_else(|| DVec3::from(node.scale.unwrap_or([1.0; 3]))),
+        rotation.unwrap_or_else(|| rotation_of(node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]))),
+        translation.unwrap_or_else(|| DVec3::from(node.translation.unwrap_or_default())),
     )
-}
-
-/// A rotation as a file has it: rounded.
-fn turned(rotation: [f64; 4]) -> DQuat {
-    let length = DQuat::from_array(rotation).length();
-    if length > 0.0 { DQuat::from_array(rotation) / length } else { DQuat::IDENTITY }
 }

@@ -39,7 +39,7 @@ fn file(material: &str, images: &str, nodes: &str, primitive: &str) -> String {
 }
 
 fn parse(bytes: &[u8], folder: &Path) -> Result<TriangleMesh> {
-    parse_with(bytes, folder, &mut Warnings::default())
+    parse_with(bytes, folder, None, &mut Warnings::default())
 }
 
 fn parse_text(text: &str) -> Result<TriangleMesh> {

@@ -1,0 +1,7 @@
+//! See `dsm_tests::fuzz::hair`.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    dsm_tests::fuzz::hair(bytes);
+});
