@@ -78,6 +78,12 @@ pub(crate) struct BakeFlags {
     /// tolerance and stored as small numbers
     #[arg(long, value_enum, default_value = "exact")]
     codec: values::CodecName,
+    /// What depths may be moved away from the light by, in scene units, of codec
+    /// quantized [default: a 16,384th of the depth, and no more than a quarter
+    /// of the thinnest strand's width]
+    #[arg(long, value_name = "D", allow_negative_numbers = true)]
+    #[arg(value_parser = values::positive_length)]
+    depth_error: Option<f64>,
     /// Packing of tiles
     #[arg(long, value_enum, default_value = "zstd")]
     block: values::BlockName,
@@ -197,6 +203,7 @@ impl TryFrom<BakeFlags> for Bake {
             ChannelsName::Rgb => Channels::Rgb,
         };
         settings.codec = flags.codec.into();
+        settings.depth_error = flags.depth_error;
         settings.packing = flags.block.into();
         settings.pyramid = flags.mip.then(PyramidOptions::default);
         settings.seed = flags.seed;

@@ -8,12 +8,13 @@ use deepshadow::files::Attribute;
 use deepshadow::scene::Scene;
 use deepshadow::scene::detail::open_scene_with;
 use deepshadow::visibility::Progress;
-use deepshadow::{BakeReport, bake};
+use deepshadow::{BakeReport, Kind, ShadowMap, bake};
 use serde::Serialize;
 
 use crate::args::Bake;
 use crate::output::print_warnings;
 use crate::output::progress::Watch;
+use crate::output::stated::StatedReport;
 use crate::output::written::{Written, channels_name};
 use crate::parallel::with_threads;
 
@@ -26,8 +27,10 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
         let name = request.scene.to_string_lossy();
         bake_scene(&scene, &name, request.settings.clone(), &request.output, request.quiet)
     })?;
+    let stated = stated(&request.output, &request.settings)?;
     let details = Details {
         tolerance: report.tolerance,
+        stated,
         samples: report.samples,
         hits: report.hits,
         cut_pixels: report.cut_pixels,
@@ -64,18 +67,30 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
         details,
         notes: (cut_pixels > 0).then_some(cut).into_iter().chain(smaller).collect(),
         summary: format!("{}, tolerance {tolerance}", channels_name(channels)),
-        lines: vec![
-            format!("{samples} samples met {hits} surfaces and stretches of media"),
-            format!("scene {scene_s:.2} s, bake {bake_s:.2} s"),
-        ],
+        lines: [format!("{samples} samples met {hits} surfaces and stretches of media")]
+            .into_iter()
+            .chain(stated.and_then(|stated| stated.about_depths()))
+            .chain([format!("scene {scene_s:.2} s, bake {bake_s:.2} s")])
+            .collect(),
     }
     .print(request.json, request.quiet)
+}
+
+/// What the map states of level 0, of kinds that state an error.
+fn stated(path: &Path, settings: &deepshadow::Bake) -> Result<Option<StatedReport>> {
+    if settings.kind != Kind::DEEP {
+        return Ok(None);
+    }
+    let stated = ShadowMap::open(path)?.stated_errors()?;
+    Ok(stated.first().copied().map(StatedReport::from))
 }
 
 /// The command's part of the JSON document.
 #[derive(Clone, Copy, Serialize)]
 struct Details<'a> {
     tolerance: f32,
+    #[serde(flatten)]
+    stated: Option<StatedReport>,
     samples: u64,
     /// Surfaces and stretches of media that the samples met.
     hits: u64,

@@ -1,12 +1,14 @@
 //! `convert`: from an image or a map to a map, from a map to an image.
 
 use anyhow::{Context, Result};
+use deepshadow::ShadowMap;
 use deepshadow::files::{ExportOptions, ExportReport, Limits, MapSource, convert, export_deep_exr};
 use serde::Serialize;
 
 use crate::args::{Convert, ConvertTarget};
 use crate::output::printable;
 use crate::output::progress::Watch;
+use crate::output::stated::StatedReport;
 use crate::output::written::{Written, channels_name};
 use crate::parallel::with_threads;
 
@@ -17,6 +19,9 @@ struct Details {
     samples: u64,
     #[serde(flatten)]
     image: Option<ImageDetails>,
+    /// What a map states of level 0.
+    #[serde(flatten)]
+    stated: Option<StatedReport>,
 }
 
 /// What `--json` tells of an image that was written.
@@ -36,14 +41,14 @@ pub(crate) fn run(request: &Convert) -> Result<()> {
     let mut source = MapSource::open(input, selection, &Limits::default())?;
     let [width, height] = source.size();
     let mut notes = lost(&source);
-    let (details, lines) = with_threads(request.effort.threads, || {
+    let (mut details, mut lines) = with_threads(request.effort.threads, || {
         let watch = Watch::start("converting", request.quiet)?;
         let at = |progress| watch.at(progress);
         let done = match &request.target {
             ConvertTarget::Map(options) => {
                 convert(&mut source, output, options, at).map(|report| {
                     notes.extend(report.lines().iter().map(|line| printable(line)));
-                    (Details { samples: report.samples, image: None }, Vec::new())
+                    (Details { samples: report.samples, image: None, stated: None }, Vec::new())
                 })
             }
             ConvertTarget::Image(options) => export_deep_exr(&mut source, output, options, at)
@@ -52,6 +57,11 @@ pub(crate) fn run(request: &Convert) -> Result<()> {
         drop(watch);
         done.with_context(|| format!("converting {}", input.display()))
     })?;
+    if let ConvertTarget::Map(_) = request.target {
+        let stated = ShadowMap::open(output)?.stated_errors()?.first().copied();
+        details.stated = stated.map(StatedReport::from);
+        lines.extend(details.stated.and_then(|stated| stated.about_depths()));
+    }
     let channels = source.channels();
     Written {
         output,
@@ -92,7 +102,7 @@ fn written(
     if !left_out.is_empty() {
         notes.push(format!("lost: attributes {}", printable(&left_out.join(", "))));
     }
-    (Details { samples: *samples, image: Some(image) }, lines)
+    (Details { samples: *samples, image: Some(image), stated: None }, lines)
 }
 
 /// What is in the source and has no place in the map.

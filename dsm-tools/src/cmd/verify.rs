@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use crate::args::Verify;
 use crate::output::progress::Watch;
+use crate::output::stated::StatedReport;
 use crate::parallel::with_threads;
 
 /// The JSON document.
@@ -24,6 +25,8 @@ struct FileOutcome {
     path: String,
     ok: bool,
     errors: Vec<String>,
+    /// What its levels state, the finest first; empty unless the map is sound.
+    stated: Vec<StatedReport>,
 }
 
 pub(crate) fn run(request: &Verify) -> Result<()> {
@@ -49,18 +52,27 @@ fn print(outcome: &Outcome, json: bool) -> io::Result<()> {
 }
 
 fn check(path: &Path, request: &Verify) -> FileOutcome {
-    let errors = open_and_check(path, request).unwrap_or_else(|error| vec![whole_message(error)]);
-    FileOutcome { path: path.display().to_string(), ok: errors.is_empty(), errors }
+    let checked = open_and_check(path, request);
+    let (errors, stated) = checked.unwrap_or_else(|error| (vec![whole_message(error)], Vec::new()));
+    FileOutcome { path: path.display().to_string(), ok: errors.is_empty(), errors, stated }
 }
 
-/// What is wrong with a map. Only one that is sound is held to its bound.
-fn open_and_check(path: &Path, request: &Verify) -> deepshadow::detail::Result<Vec<String>> {
+/// What is wrong with a map, and what one that is sound states. Only that is held to
+/// its bound.
+fn open_and_check(
+    path: &Path,
+    request: &Verify,
+) -> deepshadow::detail::Result<(Vec<String>, Vec<StatedReport>)> {
     let map = ShadowMap::open(path)?;
     let mut errors: Vec<_> = map.verify().into_iter().map(whole_message).collect();
     if let (Some(source), true) = (&request.against, errors.is_empty()) {
         errors.extend(check_against(&map, source, request).err());
     }
-    Ok(errors)
+    let stated = match errors.is_empty() {
+        true => map.stated_errors()?.into_iter().map(StatedReport::from).collect(),
+        false => Vec::new(),
+    };
+    Ok((errors, stated))
 }
 
 fn check_against(map: &ShadowMap, path: &Path, request: &Verify) -> Result<(), String> {
@@ -85,7 +97,7 @@ fn whole_message(error: impl Into<anyhow::Error>) -> String {
 
 impl Outcome {
     fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
-        for FileOutcome { path, errors, .. } in &self.files {
+        for FileOutcome { path, errors, stated, .. } in &self.files {
             match errors.len() {
                 0 => writeln!(output, "{path}: ok")?,
                 1 => writeln!(output, "{path}: 1 error")?,
@@ -93,6 +105,9 @@ impl Outcome {
             }
             for error in errors {
                 writeln!(output, "  {error}")?;
+            }
+            if let Some(moved) = stated.first().and_then(StatedReport::about_depths) {
+                writeln!(output, "  {moved}")?;
             }
         }
         Ok(())

@@ -5,6 +5,7 @@ pub(crate) mod picture;
 pub(crate) mod plot;
 pub(crate) mod progress;
 pub(crate) mod slice;
+pub(crate) mod stated;
 pub(crate) mod summary;
 pub(crate) mod written;
 

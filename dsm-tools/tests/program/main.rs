@@ -17,6 +17,7 @@ mod mip;
 mod render;
 mod run;
 mod soft_shadows;
+mod stated;
 mod thin_surfaces;
 mod usage;
 mod verify;
