@@ -9,7 +9,7 @@ use deepshadow::scene::detail::{GridChoice, SceneOptions};
 use deepshadow::visibility::{Filter, FilterShape};
 use deepshadow::{Channels, Kind};
 
-use super::values::{self, Effort};
+use super::values::{self, Effort, Strictness};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -110,6 +110,8 @@ pub(crate) struct BakeFlags {
     /// Show no progress, and print nothing but what --json asks for
     #[arg(long)]
     quiet: bool,
+    #[command(flatten)]
+    strictness: Strictness,
 }
 
 /// Accepts the names of kinds of map.
@@ -143,6 +145,7 @@ pub(crate) struct Bake {
     pub(crate) effort: Effort,
     pub(crate) json: bool,
     pub(crate) quiet: bool,
+    pub(crate) strict: bool,
 }
 
 /// 1, 2, 4 or 8.
@@ -208,8 +211,9 @@ impl TryFrom<BakeFlags> for Bake {
         settings.pyramid = flags.mip.then(PyramidOptions::default);
         settings.seed = flags.seed;
         settings.check().map_err(text)?;
-        let BakeFlags { scene, grid, output, effort, json, quiet, .. } = flags;
+        let BakeFlags { scene, grid, output, effort, json, quiet, strictness, .. } = flags;
+        let Strictness { strict } = strictness;
         let scene_options = values::scene_options(grid);
-        Ok(Self { scene, scene_options, output, settings, effort, json, quiet })
+        Ok(Self { scene, scene_options, output, settings, effort, json, quiet, strict })
     }
 }

@@ -11,7 +11,7 @@ use deepshadow::visibility::Tolerance;
 use deepshadow::visibility::detail::Quantization;
 
 use super::selection::SelectionFlags;
-use super::values::{self, Effort};
+use super::values::{self, Effort, Strictness};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -85,6 +85,8 @@ pub(crate) struct ConvertFlags {
     /// Show no progress, and print nothing but what --json asks for
     #[arg(long)]
     quiet: bool,
+    #[command(flatten)]
+    strictness: Strictness,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
@@ -149,6 +151,7 @@ pub(crate) struct Convert {
     pub(crate) effort: Effort,
     pub(crate) json: bool,
     pub(crate) quiet: bool,
+    pub(crate) strict: bool,
 }
 
 /// The output format, by the output's name.
@@ -256,7 +259,8 @@ impl TryFrom<ConvertFlags> for Convert {
         } else {
             ConvertTarget::Map(flags.map()?)
         };
-        let ConvertFlags { input, output, selection, effort, json, quiet, .. } = flags;
-        Ok(Self { input, output, target, selection: selection.into(), effort, json, quiet })
+        let ConvertFlags { input, output, selection, effort, json, quiet, strictness, .. } = flags;
+        let Strictness { strict } = strictness;
+        Ok(Self { input, output, target, selection: selection.into(), effort, json, quiet, strict })
     }
 }

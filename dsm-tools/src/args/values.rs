@@ -16,6 +16,14 @@ pub(crate) struct Effort {
     pub(crate) threads: Option<usize>,
 }
 
+/// What becomes of warnings.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct Strictness {
+    /// Fail after a warning: what there is to write is written, and the exit code is 1
+    #[arg(long)]
+    pub(crate) strict: bool,
+}
+
 /// The name of a volume's grid, and its number among those of that name.
 pub(super) fn grid(text: &str) -> Result<GridChoice, String> {
     text.parse().map_err(|error: deepshadow::scene::Error| error.to_string())

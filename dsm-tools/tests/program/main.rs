@@ -22,4 +22,5 @@ mod thin_surfaces;
 mod usage;
 mod verify;
 mod version;
+mod warnings;
 mod written;
