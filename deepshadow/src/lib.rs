@@ -11,9 +11,11 @@ mod error;
 mod file;
 mod kind;
 mod kinds;
+mod map_view;
 mod query;
 mod shadow;
 mod shadow_map;
+mod stated_error;
 mod values;
 
 pub use dsm_core as visibility;
@@ -45,6 +47,8 @@ pub mod detail {
     pub use crate::{
         bake::occluders::SourceError,
         error::Result,
+        map_view::MapView,
         shadow::plain::{PlainShadow, plain_shadow},
+        stated_error::StatedError,
     };
 }

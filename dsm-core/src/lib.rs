@@ -71,6 +71,7 @@ pub mod detail {
             greedy::{End, GreedyCompressor, compress},
             paper_greedy::paper_greedy,
             quantization::Quantization,
+            rounded::{Rounded, RoundedCompressor},
         },
         curve::{
             sweep::{VisibilitySweep, WeightedTransmittance},
@@ -93,6 +94,7 @@ pub mod detail {
         visibility::{
             difference::{DifferenceSummary, VisibilityDifference},
             function::VisibilityView,
+            moved_depths::largest_fall,
             polyline::Polyline,
             product::VisibilityProduct,
             vertex::SumVertex,

@@ -1,9 +1,9 @@
 //! Compression that measures its own error.
 
 use dsm_core::detail::{
-    Compression, Compressor, PixelLists, SumVertex, VisibilityDifference, VisibilityView,
+    PixelLists, Quantization, Rounded, RoundedCompressor, SumVertex, VisibilityView,
 };
-use dsm_core::{PixelListsBuilder, Tolerance, Transmittance};
+use dsm_core::{PixelListsBuilder, Tolerance, Transmittance, Vertex};
 
 use crate::achieved_error::AchievedError;
 use crate::error::{Result, check_tile_bytes};
@@ -11,22 +11,40 @@ use crate::error::{Result, check_tile_bytes};
 /// Compresses pixels row by row and measures, on the `f32` values that are
 /// stored, what that costs.
 #[derive(Debug)]
-pub(crate) struct MeasuredPixels<T> {
+pub(crate) struct MeasuredPixels<T: Transmittance> {
     pixels: PixelListsBuilder<T>,
     tolerance: Tolerance,
+    compressor: RoundedCompressor<T>,
+    /// One pixel's vertices.
+    vertices: Vec<Vertex<T>>,
     count: u32,
     /// Bytes of the depths and values so far.
     bytes: u64,
     max: f64,
     means: f64,
+    depth_error: f32,
 }
 
 impl<T: Transmittance> MeasuredPixels<T> {
     /// For width × height pixels, none of which may be off by more than
     /// `tolerance` in the end.
     pub(crate) fn new([width, height]: [u32; 2], tolerance: Tolerance) -> Self {
-        let pixels = PixelListsBuilder::new(width, height);
-        Self { pixels, tolerance, count: 0, bytes: 0, max: 0.0, means: 0.0 }
+        Self {
+            pixels: PixelListsBuilder::new(width, height),
+            tolerance,
+            compressor: RoundedCompressor::new(None),
+            vertices: Vec::new(),
+            count: 0,
+            bytes: 0,
+            max: 0.0,
+            means: 0.0,
+            depth_error: 0.0,
+        }
+    }
+
+    /// Rounds what is left of every function to grids, within the tolerance.
+    pub(crate) fn rounded_to(self, quantization: Option<Quantization>) -> Self {
+        Self { compressor: RoundedCompressor::new(quantization), ..self }
     }
 
     /// Adds a pixel whose function ends with the last of these vertices and is
@@ -37,12 +55,14 @@ impl<T: Transmittance> MeasuredPixels<T> {
     /// [`Error::TileTooLarge`]: crate::error::Error::TileTooLarge
     pub(crate) fn push(&mut self, vertices: &[SumVertex<T>], inherited: f64) -> Result<f64> {
         let tolerance = self.tolerance.after(inherited);
-        let mut emit = |vertex| self.pixels.push(vertex);
-        Compression::default().compress(tolerance, vertices, &mut emit);
+        self.vertices.clear();
+        let Rounded { difference, moved } =
+            self.compressor.compress(tolerance, vertices, &mut self.vertices);
+        self.vertices.iter().for_each(|&vertex| self.pixels.push(vertex));
         self.pixels.finish_pixel()?;
         let compressed = self.pixels.last_pixel().unwrap_or(VisibilityView::clear());
         self.bytes += 4 * (compressed.depths().len() + compressed.columns().len()) as u64;
-        let difference = VisibilityDifference::between(vertices, &compressed);
+        self.depth_error = self.depth_error.max(moved);
         let error = difference.max() + inherited;
         self.count += 1;
         self.max = self.max.max(error);
@@ -67,6 +87,11 @@ impl<T: Transmittance> MeasuredPixels<T> {
         self.means
     }
 
+    /// The largest shift of a depth away from the light so far.
+    pub(crate) const fn depth_error(&self) -> f32 {
+        self.depth_error
+    }
+
     /// The compressed pixels, and the errors of all of them.
     pub(crate) fn finish(self) -> Result<(PixelLists<T>, AchievedError)> {
         let mean = self.means / f64::from(self.count.max(1));
@@ -77,7 +102,6 @@ impl<T: Transmittance> MeasuredPixels<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dsm_core::Vertex;
 
     #[test]
     fn errors_are_those_of_the_stored_values() {

@@ -78,6 +78,18 @@ impl Curves {
         Ok(Self { points, radii, opacities: Vec::new(), starts, segments })
     }
 
+    /// The width of the thinnest strand, at its thickest place, in the curves' own
+    /// space; `None` without segments of any width. O(points).
+    #[must_use]
+    pub fn finest_width(&self) -> Option<f32> {
+        let strands = self.starts.windows(2).filter(|strand| strand[1] > strand[0] + 1);
+        let widths = strands.map(|strand| {
+            let radii = &self.radii[strand[0] as usize..strand[1] as usize];
+            2.0 * radii.iter().copied().fold(0.0, f32::max)
+        });
+        widths.filter(|&width| width > 0.0).reduce(f32::min)
+    }
+
     /// Sets the opacity at every point, in [0, 1].
     ///
     /// # Errors

@@ -71,8 +71,7 @@ struct LightTable {
     up: [f64; 3],
     #[serde(default)]
     projection: ProjectionName,
-    #[serde(default = "usual_angle")]
-    fov: f64,
+    fov: Option<f64>,
     extent: Option<f64>,
     #[serde(default)]
     shape: ShapeName,
@@ -167,8 +166,9 @@ const fn one() -> f64 {
 /// `thickness`, `density`, `grid`, `time`, `animation`, `transform`, `transform_end`).
 /// Other keys are errors, and so are `thickness` without `curves`, `density` and `grid`
 /// without `volume`, `time` without `usd` or a `mesh` in glTF, `animation` without both
-/// `mesh` and `time`. A USD stage is as many objects as it needs. Of `fov` and `extent`,
-/// and of `size` and `radius`, the one counts that the projection and the shape have.
+/// `mesh` and `time`, `extent` of a perspective light and `fov` of an orthographic one,
+/// `size` of what is no rectangle and `radius` of what is no disk or sphere. A USD stage
+/// is as many objects as it needs.
 ///
 /// [`Scene::warnings`] holds what models hold that was not understood.
 ///
@@ -419,10 +419,36 @@ fn of_shape(shape: Arc<Shape>) -> Object {
     Object { shape, opacity: Rgb::new(1.0, 1.0, 1.0), density: 1.0, motion: Vec::new() }
 }
 
+/// Refuses a key that the light's projection or shape does not have, so that no
+/// light is of another size than its file seems to say.
+fn check_light_keys(table: &LightTable) -> Result<()> {
+    use ShapeName::{Disk, Point, Rectangle, Sphere};
+    let point = "a point has none: shape says what else the light is";
+    let key = match (table.projection, table.shape) {
+        (ProjectionName::Perspective, _) if table.extent.is_some() => {
+            ("extent", "a perspective light has a fov instead")
+        }
+        (ProjectionName::Orthographic, _) if table.fov.is_some() => {
+            ("fov", "an orthographic light has an extent instead")
+        }
+        (_, Point) if table.size.is_some() => ("size", point),
+        (_, Point) if table.radius.is_some() => ("radius", point),
+        (_, Disk | Sphere) if table.size.is_some() => {
+            ("size", "a disk or a sphere has a radius instead")
+        }
+        (_, Rectangle) if table.radius.is_some() => ("radius", "a rectangle has a size instead"),
+        _ => return Ok(()),
+    };
+    Err(Error::malformed(Place::Named(key.0.into()), key.1))
+}
+
 fn make_light(table: &LightTable) -> Result<Light> {
+    check_light_keys(table)?;
     let view = View { eye: table.eye.into(), target: table.target.into(), up: table.up.into() };
     let projection = match (table.projection, table.extent) {
-        (ProjectionName::Perspective, _) => Projection::Perspective { fov: table.fov },
+        (ProjectionName::Perspective, _) => {
+            Projection::Perspective { fov: table.fov.unwrap_or_else(usual_angle) }
+        }
         (ProjectionName::Orthographic, Some(extent)) => Projection::Orthographic { extent },
         (ProjectionName::Orthographic, None) => {
             let place = Place::Named("extent".into());

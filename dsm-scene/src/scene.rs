@@ -159,6 +159,7 @@ impl Object {
 /// let pane = Object::new(Shape::Mesh(mesh)).with_opacity(Rgb::new(0.0, 0.5, 0.5));
 /// let scene = Scene::of_objects(vec![pane]);
 /// assert!(scene.is_coloured() && !scene.has_media());
+/// assert_eq!(scene.finest_strand(), None);
 /// # Ok::<(), dsm_scene::Error>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -252,6 +253,20 @@ impl Scene {
         self.objects.iter().any(Object::is_moving)
     }
 
+    /// The width of the thinnest strand in the world, at its thickest place; `None`
+    /// without strands. O(points).
+    #[must_use]
+    pub fn finest_strand(&self) -> Option<f64> {
+        let widths = self.objects.iter().filter_map(|object| {
+            let Shape::Curves(curves) = &*object.shape else { return None };
+            let axes = [0.0, 1.0].map(|time| object.to_world(time).matrix3);
+            let scales = axes.iter().flat_map(|axes| axes.to_cols_array_2d());
+            let scale = scales.map(|axis| DVec3::from(axis).length()).reduce(f64::min)?;
+            Some(f64::from(curves.finest_width()?) * scale)
+        });
+        widths.reduce(f64::min)
+    }
+
     /// The box around everything in the world.
     #[must_use]
     pub fn bounds(&self) -> Bounds {
@@ -302,6 +317,21 @@ mod tests {
         let bounds = object.bounds();
         assert!((bounds.min - DVec3::new(-1.0, 0.0, 0.0)).length() < 1e-12);
         assert!((bounds.max - DVec3::new(0.0, 3.0, 0.0)).length() < 1e-12);
+    }
+
+    #[test]
+    fn the_finest_strand_is_the_thinnest_where_it_is_thickest() {
+        let points = vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z, Vec3::ONE, Vec3::X];
+        // One that tapers, one thinner one, one without a width, and a lone point.
+        let radii = vec![0.5, 0.0, 0.25, 0.25, 0.0, 0.125];
+        let curves = Curves::new(points, radii, [2, 2, 1, 1]).unwrap();
+        assert_eq!(curves.finest_width(), Some(0.5));
+        let scale = |scale| Transform { scale, ..Transform::default() };
+        let motion = vec![Motion { open: scale(3.0), close: scale(2.0) }];
+        let hair = Object { motion, ..Object::new(Shape::Curves(curves)) };
+        let finest = Scene::of_objects(vec![triangle(), hair]).finest_strand().unwrap();
+        assert!((finest - 1.0).abs() < 1e-12, "{finest}");
+        assert_eq!(Scene::of_objects(vec![triangle()]).finest_strand(), None);
     }
 
     #[test]

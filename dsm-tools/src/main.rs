@@ -2,11 +2,13 @@
 
 mod args;
 mod cmd;
+mod in_map;
 mod interrupt;
 mod output;
 mod parallel;
 mod points;
 mod signals;
+mod wide_light;
 
 use std::io::{self, ErrorKind, Write};
 use std::process::ExitCode;

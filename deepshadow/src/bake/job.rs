@@ -2,14 +2,19 @@
 
 use std::ops::ControlFlow;
 
+use dsm_core::detail::Quantization;
 use dsm_core::{LightExtent, Progress, Rgb, Tolerance, Transmittance, ViewRaster};
-use dsm_io::Metadata;
+use dsm_io::{Codec, Metadata};
 use dsm_scene::Light;
 
 use super::occluders::{AnyHitSource, Occluders};
 use super::report::BakeReport;
 use super::settings::{Bake, Channels};
 use crate::error::Result;
+
+/// What depths are moved by at most, of the width of the finest thing: two hairs that
+/// touch stay one behind the other, and what lies between their middles is told apart.
+const SHARE_OF_WIDTH: f64 = 0.25;
 
 /// A bake, as a kind of map sees it.
 pub(crate) struct Job<'a> {
@@ -53,6 +58,20 @@ impl Job<'_> {
         } else {
             self.occluders.mono(view).map(Seen::Mono)
         }
+    }
+
+    /// The grids that vertices are rounded to, of codec `quantized`.
+    pub(crate) fn quantization(&self) -> Result<Option<Quantization>> {
+        if self.settings.codec != Codec::Quantized {
+            return Ok(None);
+        }
+        Ok(Some(match (self.settings.depth_error, self.occluders.finest_width()) {
+            (Some(error), _) => Quantization::within(error)?,
+            (None, Some(width)) => {
+                Quantization::default().with_depth_error(width * SHARE_OF_WIDTH)?
+            }
+            (None, None) => Quantization::default(),
+        }))
     }
 
     /// Tells the caller how far the bake has come.

@@ -46,6 +46,12 @@ pub trait Occluders: Sync {
         false
     }
 
+    /// The width of the finest thing in scene units, of which a map with rounded depths
+    /// is to tell the front from the back, such as a hair's; `None` if there is none.
+    fn finest_width(&self) -> Option<f64> {
+        None
+    }
+
     /// The hits through a view, with one opacity each.
     ///
     /// # Errors
@@ -185,6 +191,10 @@ where
 impl Occluders for Scene {
     fn is_coloured(&self) -> bool {
         self.is_coloured()
+    }
+
+    fn finest_width(&self) -> Option<f64> {
+        self.finest_strand()
     }
 
     fn mono(&self, view: &ViewRaster) -> Result<AnyHitSource<'_, f32>> {

@@ -69,6 +69,11 @@ pub struct Bake {
     pub channels: Channels,
     /// The encoding of tiles.
     pub codec: Codec,
+    /// What depths are moved away from the light by at most, in scene units, of codec
+    /// `quantized`. None: a 16,384th of the depth, and where there are strands
+    /// no more than a quarter of the thinnest one's width
+    /// ([`Occluders::finest_width`](crate::Occluders::finest_width)).
+    pub depth_error: Option<f64>,
     /// The packing of tiles.
     pub packing: Packing,
     /// Width and height of a tile in pixels.
@@ -104,6 +109,7 @@ impl Bake {
             coverage: None,
             channels: Channels::Auto,
             codec: Codec::Exact,
+            depth_error: None,
             packing: Packing::Zstd,
             tile_size: 64,
             pyramid: None,

@@ -35,6 +35,14 @@ impl ShadowKind for Deep {
         if settings.coverage.is_some() {
             return refuse("--coverage", "fragments");
         }
+        if let Some(error) = settings.depth_error {
+            if settings.codec != Codec::Quantized {
+                let reason =
+                    "--depth-error is for --codec quantized: others keep depths as they are";
+                return Err(Error::Unsupported(reason.to_owned()));
+            }
+            Quantization::within(error)?;
+        }
         PixelSampling::new(settings.samples.unwrap_or(SAMPLES), settings.seed)?;
         Ok(())
     }
@@ -92,9 +100,7 @@ fn bake<T: Transmittance>(
     settings.filter = asked.filter;
     settings.tolerance = asked.tolerance;
     settings.camera = Some(view.shadow_camera());
-    if asked.codec == Codec::Quantized {
-        settings.quantization = Some(Quantization::default());
-    }
+    settings.quantization = job.quantization()?;
     let options = BakeOptions::default()
         .with_codec(asked.codec)
         .with_packing(asked.packing)

@@ -39,6 +39,9 @@ pub(super) fn check(settings: &Bake) -> Result<()> {
     if settings.codec == Codec::Quantized {
         return refuse("--codec quantized", "deep");
     }
+    if settings.depth_error.is_some() {
+        return refuse("--depth-error", "deep");
+    }
     Ok(())
 }
 

@@ -4,14 +4,14 @@ use std::ops::Range;
 
 use super::exact::ExactPixel;
 use super::settings::Block;
-use crate::compress::compressor::{Compression, Compressor};
 use crate::compress::quantization::Quantization;
+use crate::compress::rounded::{Rounded, RoundedCompressor};
 use crate::error::Result;
 use crate::field::pixel_lists::{PixelLists, PixelListsBuilder};
 use crate::tolerance::Tolerance;
 use crate::transmittance::Transmittance;
-use crate::visibility::difference::{DifferenceSummary, VisibilityDifference};
-use crate::visibility::vertex::{SumVertex, Vertex};
+use crate::visibility::difference::DifferenceSummary;
+use crate::visibility::vertex::Vertex;
 
 /// A tile that was baked.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,12 +72,10 @@ impl<T: Transmittance> BakedTile<T> {
 #[derive(Debug)]
 pub(super) struct TileCompressor<T: Transmittance> {
     tolerance: Tolerance,
-    quantization: Option<Quantization>,
+    compressor: RoundedCompressor<T>,
     block: Block,
     depth_error: f32,
     vertices: Vec<Vertex<T>>,
-    /// One pixel's vertices, to be measured.
-    stored: Vec<SumVertex<T>>,
     /// The vertices of each pixel, row by row.
     pixels: Vec<Range<usize>>,
     differences: DifferenceSummary,
@@ -94,11 +92,10 @@ impl<T: Transmittance> TileCompressor<T> {
         let pixels = block.size[0] as usize * block.size[1] as usize;
         Self {
             tolerance,
-            quantization,
+            compressor: RoundedCompressor::new(quantization),
             block,
             depth_error: 0.0,
             vertices: Vec::new(),
-            stored: Vec::new(),
             pixels: vec![0..0; pixels],
             differences: DifferenceSummary::default(),
             worst: 0.0,
@@ -116,26 +113,11 @@ impl<T: Transmittance> TileCompressor<T> {
         let chord_error = if exact.curved { self.tolerance.chord() } else { 0.0 };
         self.curved += u32::from(exact.curved);
         let tolerance = self.tolerance.after(chord_error);
-        let compressor = Compression::default();
-        let mut emit = |vertex| self.vertices.push(vertex);
-        match self.quantization {
-            None => compressor.compress(tolerance, exact.vertices, &mut emit),
-            Some(_) => {
-                let rest = Quantization::rest(tolerance);
-                compressor.compress(rest, exact.vertices, &mut emit);
-                Quantization::round_values(tolerance, &mut self.vertices, start);
-            }
-        }
-        self.stored.clear();
-        let stored = self.vertices[start..].iter();
-        self.stored.extend(stored.map(|vertex| Vertex::new(vertex.z, vertex.value.to_sum())));
-        let difference = VisibilityDifference::between(exact.vertices, &self.stored);
+        let Rounded { difference, moved } =
+            self.compressor.compress(tolerance, exact.vertices, &mut self.vertices);
         self.worst = self.worst.max(difference.max() + chord_error);
         self.differences.add(pixel, difference);
-        if let Some(quantization) = self.quantization {
-            let moved = quantization.snap_depths(&mut self.vertices, start);
-            self.depth_error = self.depth_error.max(moved);
-        }
+        self.depth_error = self.depth_error.max(moved);
         self.pixels[pixel] = start..self.vertices.len();
     }
 

@@ -5,5 +5,6 @@ pub(crate) mod compressor;
 pub(crate) mod greedy;
 pub(crate) mod paper_greedy;
 pub(crate) mod quantization;
+pub(crate) mod rounded;
 mod slope_window;
 mod tube;

@@ -12,7 +12,8 @@ const MANTISSA: u32 = f32::MANTISSA_DIGITS - 1;
 ///
 /// Depths keep some bits behind the point of their binary floating
 /// representation: they are moved away from the light by less than z · 2⁻ᵇ for b
-/// bits, and what comes to lie at one depth becomes one step. Values become
+/// bits, or by less than a depth error in scene units, and what comes to lie at one
+/// depth becomes one step. Values become
 /// multiples of a power of two, [`Self::value_step`], and so does the last. Both
 /// happen behind compression, which leaves room for the rounding of values. What
 /// is clear or opaque stays
@@ -29,18 +30,22 @@ const MANTISSA: u32 = f32::MANTISSA_DIGITS - 1;
 /// let quantization = Quantization::new(4)?;
 /// assert_eq!(quantization.snap(1.0), 1.0);
 /// assert_eq!(quantization.snap(1.01), 1.0625);
+/// // Where 4 bits are too coarse, as many more as it takes.
+/// assert_eq!(quantization.with_depth_error(0.01)?.snap(1.01), 1.015625);
 /// assert_eq!(Quantization::value_step(Tolerance::new(0.0625)?), 1.0 / 64.0);
 /// # Ok::<(), dsm_core::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Quantization {
     depth_bits: u32,
+    /// The exponent of the grid's largest step, a power of two; none for any.
+    step: Option<i32>,
 }
 
 impl Default for Quantization {
     /// Depths with 14 bits behind the point: moved by less than a 16,000th.
     fn default() -> Self {
-        Self { depth_bits: 14 }
+        Self { depth_bits: 14, step: None }
     }
 }
 
@@ -56,18 +61,53 @@ impl Quantization {
     /// are.
     pub fn new(depth_bits: u32) -> Result<Self> {
         if (4..=MANTISSA).contains(&depth_bits) {
-            Ok(Self { depth_bits })
+            Ok(Self { depth_bits, step: None })
         } else {
             let reason = "depths keep 4 to 23 bits";
             Err(Error::Setting { setting: "quantization", reason })
         }
     }
 
+    /// Depths that are moved by less than `error` scene units, whatever the bits that
+    /// takes.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Setting`] unless `error` is finite and above 0.
+    pub fn within(error: f64) -> Result<Self> {
+        Self { depth_bits: 0, step: None }.with_depth_error(error)
+    }
+
+    /// The same, and no depth is moved by `error` scene units or more: what is coarser
+    /// keeps more bits. All of them where `error` is less than what an `f32` can tell
+    /// apart.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::within`].
+    pub fn with_depth_error(self, error: f64) -> Result<Self> {
+        if !(error > 0.0 && error.is_finite()) {
+            let reason = "a depth error has to be above 0";
+            return Err(Error::Setting { setting: "quantization", reason });
+        }
+        // That of the largest power of two that is not above it, by its bits; below
+        // the normal numbers it is finer than any depth.
+        let step = (error.to_bits() >> 52) as i32 - 1023;
+        Ok(Self { step: Some(self.step.map_or(step, |own| own.min(step))), ..self })
+    }
+
+    /// Bits of a depth behind the point.
+    fn bits(self, z: f32) -> u32 {
+        let exponent = (z.to_bits() >> MANTISSA) as i32 - 127;
+        let needed = self.step.map_or(0, |step| (exponent - step).clamp(0, MANTISSA as i32));
+        self.depth_bits.max(needed as u32)
+    }
+
     /// The nearest depth of the grid that is not nearer to the light; the
     /// largest there is for what would be infinite. `z` is finite and ≥ 0.
     #[must_use]
     pub fn snap(self, z: f32) -> f32 {
-        let below = (1 << (MANTISSA - self.depth_bits)) - 1;
+        let below = (1 << (MANTISSA - self.bits(z))) - 1;
         // Numbers of one sign are in the order of their bits.
         let up = f32::from_bits((z.to_bits() + below) & !below);
         if up.is_finite() { up } else { f32::from_bits(f32::MAX.to_bits() & !below).max(z) }
@@ -164,6 +204,34 @@ mod tests {
         }
         assert!(Quantization::new(3).is_err());
         assert!(Quantization::new(24).is_err());
+    }
+
+    #[test]
+    fn depths_move_by_less_than_the_error_that_is_allowed() {
+        for error in [1e-30, 1e-3, 0.25, 1.0, 3.0, 1e6] {
+            let within = Quantization::within(error).unwrap();
+            let both = Quantization::default().with_depth_error(error).unwrap();
+            let finer = both.with_depth_error(0.5 * error).unwrap();
+            let mut before = 0.0_f32;
+            for step in 0..5000_u16 {
+                let z = 0.01 * f32::from(step) * f32::from(step) * 1.000_1;
+                let moved = |snapped: f32| f64::from(snapped) - f64::from(z);
+                let snapped = within.snap(z);
+                assert!(snapped >= z && moved(snapped) < error, "{z} {snapped} {error}");
+                assert_eq!(within.snap(snapped), snapped);
+                assert!(snapped >= before, "depths keep their order");
+                before = snapped;
+                let usual = Quantization::default().snap(z);
+                assert_eq!(moved(both.snap(z)).min(moved(usual)), moved(both.snap(z)));
+                assert!(moved(finer.snap(z)) < 0.5 * error);
+            }
+        }
+        // No finer than it has to be: a file needs fewer bits then.
+        assert_eq!(Quantization::within(0.25).unwrap().snap(1000.1), 1000.25);
+        assert_eq!(Quantization::within(0.3).unwrap().snap(1000.3), 1000.5);
+        for error in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(Quantization::within(error).is_err());
+        }
     }
 
     #[test]

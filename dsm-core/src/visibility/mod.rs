@@ -2,7 +2,7 @@
 
 pub(crate) mod difference;
 pub(crate) mod function;
-mod moved_depths;
+pub(crate) mod moved_depths;
 pub(crate) mod polyline;
 pub(crate) mod product;
 pub(crate) mod search;

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::ops::Range;
 use std::path::Path;
 
+use dsm_core::detail::Quantization;
 use dsm_core::{Progress, Rgb, Tolerance, Transmittance};
 use rayon::prelude::*;
 
@@ -12,6 +13,7 @@ use super::report::ImportReport;
 use super::rows::{ExactFunction, SourceRows};
 use super::source::MapSource;
 use crate::achieved_error::AchievedError;
+use crate::codec::Codec;
 use crate::error::{Error, Result};
 use crate::format::encoded_tile::EncodedTile;
 use crate::measured_pixels::MeasuredPixels;
@@ -37,13 +39,16 @@ pub struct ConvertOptions {
     pub write: WriteOptions,
     /// The conventions of the camera of an image.
     pub cameras: CameraConventions,
+    /// The grids that vertices are rounded to, within the tolerance; of codec
+    /// `quantized`, and only of that.
+    pub quantization: Option<Quantization>,
 }
 
 /// Makes a `.dsm` map at `output` from `source`, compressed under the
 /// tolerance of `options`. `progress` is told how many rows are done.
 ///
 /// The error that a source `.dsm` states is added to that of every tile, as its
-/// tolerance is to the map's.
+/// tolerance is to the map's, and so is the shift of its depths.
 ///
 /// Memory is bounded by one row of tiles, of the map or of the source; they are
 /// compressed in parallel, on the current rayon pool. A tile of which the source
@@ -88,6 +93,15 @@ pub fn convert(
     options: &ConvertOptions,
     mut progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<ImportReport> {
+    let rounds = options.quantization.is_some();
+    if rounds != (options.write.codec == Codec::Quantized) {
+        return Err(Error::mismatch(
+            "grids to round to and a codec for what is rounded go together",
+        ));
+    }
+    if rounds && options.tolerance.epsilon() < Quantization::MIN_TOLERANCE {
+        return Err(Error::setting("rounding to grids needs a tolerance of at least 2⁻¹⁶"));
+    }
     let mut sized = options.clone();
     loop {
         match convert_sized(source, output, &sized, &mut progress) {
@@ -136,7 +150,7 @@ fn convert_sized(
                 max: (inherited.max + tile.achieved.max).min(1.0),
                 mean: (inherited.mean + tile.achieved.mean).min(1.0),
             };
-            writer.write_encoded(tile.id, &tile.encoded.with_depth_error(depth_error), achieved)?;
+            writer.write_encoded(tile.id, &tile.encoded.moved_on(depth_error), achieved)?;
             report += tile.report;
         }
         tell(progress, rows.end, height)?;
@@ -195,7 +209,8 @@ impl Band<'_> {
         }
         let tolerance = self.options.tolerance;
         let size = [columns.len() as u32, rows.len() as u32];
-        let mut pixels = MeasuredPixels::<T>::new(size, tolerance);
+        let quantization = self.options.quantization;
+        let mut pixels = MeasuredPixels::<T>::new(size, tolerance).rounded_to(quantization);
         let mut exact = ExactFunction::new(tolerance.chord());
         for (row, column) in rows.flat_map(|row| columns.clone().map(move |x| (row, x))) {
             let pixel = from_first(row) as usize * self.width as usize + column as usize;
@@ -205,9 +220,11 @@ impl Band<'_> {
             let chord_error = if exact.is_curved() { tolerance.chord() } else { 0.0 };
             pixels.push(exact.vertices(), chord_error)?;
         }
+        let depth_error = pixels.depth_error();
         let (pixels, achieved) = pixels.finish()?;
         let write = &self.options.write;
         let encoded = EncodedTile::encode(pixels.view(), write.codec, write.packing)?;
+        let encoded = encoded.with_depth_error(depth_error);
         Ok(CompressedTile { id, encoded, achieved, report })
     }
 }

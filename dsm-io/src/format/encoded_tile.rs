@@ -51,6 +51,18 @@ impl EncodedTile {
         self
     }
 
+    /// The same tile of functions whose depths had been moved away from the light by up
+    /// to `depth_error` before they were moved again.
+    #[must_use]
+    pub(crate) fn moved_on(mut self, depth_error: f32) -> Self {
+        if self.vertex_count > 0 && depth_error > 0.0 {
+            let sum = f64::from(self.depth_error) + f64::from(depth_error);
+            let nearest = sum as f32;
+            self.depth_error = if f64::from(nearest) < sum { nearest.next_up() } else { nearest };
+        }
+        self
+    }
+
     /// What the directory says of the tile, wherever it will stand.
     pub(crate) fn entry(&self) -> TileEntry {
         TileEntry {

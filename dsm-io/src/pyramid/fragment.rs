@@ -27,7 +27,7 @@ impl<T: Transmittance> Fragment<T> {
 
 /// Compresses the pixels of a fragment row by row.
 #[derive(Debug)]
-pub(super) struct FragmentBuilder<T> {
+pub(super) struct FragmentBuilder<T: Transmittance> {
     origin: [u32; 2],
     pixels: MeasuredPixels<T>,
 }
@@ -66,7 +66,7 @@ pub(super) struct Copies<T> {
 
 /// Compresses the copies of a node's pixels, if there are to be any.
 #[derive(Debug)]
-pub(super) struct CopiesBuilder<T>(Option<(FragmentBuilder<T>, Vec<f64>)>);
+pub(super) struct CopiesBuilder<T: Transmittance>(Option<(FragmentBuilder<T>, Vec<f64>)>);
 
 impl<T: Transmittance> CopiesBuilder<T> {
     pub(super) fn new(size: [u32; 2], tolerance: Option<Tolerance>) -> Self {

@@ -124,8 +124,7 @@ fn what_is_not_given_is_as_documented() {
     assert!(scene.objects.is_empty());
     assert_eq!(scene.light.extent, LightExtent::POINT);
     assert!(scene.light.raster([8, 8]).is_ok(), "up is parallel to the view");
-    let wide =
-        format!("{short}projection = \"orthographic\"\nextent = 4\nfov = 9\nshape = \"disk\"\n");
+    let wide = format!("{short}projection = \"orthographic\"\nextent = 4\nshape = \"disk\"\n");
     let light = open(&folder, &wide).unwrap().light;
     assert_eq!(light.projection, Projection::Orthographic { extent: 4.0 });
     assert_eq!(light.extent, LightExtent::disk(0.5));
@@ -165,7 +164,25 @@ fn what_cannot_be_is_refused_where_it_stands() {
             "light, target: ",
         ),
         ("fov = 40.0", "fov = 180", "light, fov: "),
-        ("projection = \"perspective\"", "projection = \"orthographic\"", "light, extent: "),
+        (
+            "projection = \"perspective\"",
+            "projection = \"orthographic\"",
+            "light, fov: an orthographic",
+        ),
+        ("fov = 40.0", "projection_is = 1", "unknown field `projection_is`"),
+        ("fov = 40.0", "extent = 4", "light, extent: a perspective light has a fov"),
+        (
+            "shape = \"rectangle\"",
+            "shape = \"disk\"",
+            "light, size: a disk or a sphere has a radius",
+        ),
+        (
+            "shape = \"rectangle\"",
+            "shape = \"sphere\"",
+            "light, size: a disk or a sphere has a radius",
+        ),
+        ("shape = \"rectangle\"", "", "light, size: a point has none"),
+        ("size = [1.0, 0.5]", "radius = 0.5", "light, radius: a rectangle has a size"),
         ("projection = \"perspective\"", "projection = \"fisheye\"", "unknown variant `fisheye`"),
         ("size = [1.0, 0.5]", "size = [1.0, -0.5]", "light, light: a light's size"),
         ("resolution = [64, 36]", "resolution = [0, 36]", "camera, resolution: "),

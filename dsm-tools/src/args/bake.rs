@@ -9,7 +9,7 @@ use deepshadow::scene::detail::{GridChoice, SceneOptions};
 use deepshadow::visibility::{Filter, FilterShape};
 use deepshadow::{Channels, Kind};
 
-use super::values::{self, Effort};
+use super::values::{self, Effort, Strictness};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -78,6 +78,12 @@ pub(crate) struct BakeFlags {
     /// tolerance and stored as small numbers
     #[arg(long, value_enum, default_value = "exact")]
     codec: values::CodecName,
+    /// What depths may be moved away from the light by, in scene units, of codec
+    /// quantized [default: a 16,384th of the depth, and no more than a quarter
+    /// of the thinnest strand's width]
+    #[arg(long, value_name = "D", allow_negative_numbers = true)]
+    #[arg(value_parser = values::positive_length)]
+    depth_error: Option<f64>,
     /// Packing of tiles
     #[arg(long, value_enum, default_value = "zstd")]
     block: values::BlockName,
@@ -104,6 +110,8 @@ pub(crate) struct BakeFlags {
     /// Show no progress, and print nothing but what --json asks for
     #[arg(long)]
     quiet: bool,
+    #[command(flatten)]
+    strictness: Strictness,
 }
 
 /// Accepts the names of kinds of map.
@@ -137,6 +145,7 @@ pub(crate) struct Bake {
     pub(crate) effort: Effort,
     pub(crate) json: bool,
     pub(crate) quiet: bool,
+    pub(crate) strict: bool,
 }
 
 /// 1, 2, 4 or 8.
@@ -197,12 +206,14 @@ impl TryFrom<BakeFlags> for Bake {
             ChannelsName::Rgb => Channels::Rgb,
         };
         settings.codec = flags.codec.into();
+        settings.depth_error = flags.depth_error;
         settings.packing = flags.block.into();
         settings.pyramid = flags.mip.then(PyramidOptions::default);
         settings.seed = flags.seed;
         settings.check().map_err(text)?;
-        let BakeFlags { scene, grid, output, effort, json, quiet, .. } = flags;
+        let BakeFlags { scene, grid, output, effort, json, quiet, strictness, .. } = flags;
+        let Strictness { strict } = strictness;
         let scene_options = values::scene_options(grid);
-        Ok(Self { scene, scene_options, output, settings, effort, json, quiet })
+        Ok(Self { scene, scene_options, output, settings, effort, json, quiet, strict })
     }
 }

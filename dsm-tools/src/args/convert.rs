@@ -6,15 +6,17 @@ use clap::builder::RangedU64ValueParser;
 use clap::{Args, ValueEnum};
 use deepshadow::files::deep_exr::{Compression, Layout, SampleType, Selection};
 use deepshadow::files::detail::{CameraConventions, NdcRange, ViewAxis};
-use deepshadow::files::{ConvertOptions, ExportOptions, Packing, WriteOptions};
+use deepshadow::files::{Codec, ConvertOptions, ExportOptions, Packing, WriteOptions};
 use deepshadow::visibility::Tolerance;
+use deepshadow::visibility::detail::Quantization;
 
 use super::selection::SelectionFlags;
-use super::values::{self, Effort};
+use super::values::{self, Effort, Strictness};
 
 const EXAMPLES: &str = "\
 Examples:
   dsm-tools convert deep.exr map.dsm --tolerance 0.01
+  dsm-tools convert map.dsm small.dsm --tolerance 0.01 --codec quantized
   dsm-tools convert layers.exr map.dsm --layer beauty
   dsm-tools convert map.dsm deep.exr --exr-layout tiled --exr-type half";
 
@@ -38,6 +40,15 @@ pub(crate) struct ConvertFlags {
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     #[arg(value_parser = values::tolerance)]
     tolerance: Option<Tolerance>,
+    /// Encoding of the depths and values of a .dsm: exact, or rounded to grids within
+    /// the tolerance and stored as small numbers [default: exact]
+    #[arg(long, value_enum)]
+    codec: Option<values::CodecName>,
+    /// What depths may be moved away from the light by, in scene units, of codec
+    /// quantized [default: a 16,384th of the depth]
+    #[arg(long, value_name = "D", allow_negative_numbers = true)]
+    #[arg(value_parser = values::positive_length)]
+    depth_error: Option<f64>,
     /// Packing of the tiles of a .dsm [default: zstd]
     #[arg(long, value_enum)]
     block: Option<values::BlockName>,
@@ -74,6 +85,8 @@ pub(crate) struct ConvertFlags {
     /// Show no progress, and print nothing but what --json asks for
     #[arg(long)]
     quiet: bool,
+    #[command(flatten)]
+    strictness: Strictness,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
@@ -138,6 +151,7 @@ pub(crate) struct Convert {
     pub(crate) effort: Effort,
     pub(crate) json: bool,
     pub(crate) quiet: bool,
+    pub(crate) strict: bool,
 }
 
 /// The output format, by the output's name.
@@ -161,17 +175,42 @@ impl ConvertFlags {
         }
         let block = self.block.map_or(Packing::Zstd, Packing::from);
         let tile = self.tile.unwrap_or(DEFAULT_TILE);
+        let codec = self.codec.map_or(Codec::Exact, Codec::from);
         let write = WriteOptions::default().with_tile_size(tile).with_packing(block);
+        let tolerance = self.tolerance.unwrap_or_default();
+        let quantization = self.quantization(codec, tolerance)?;
         let cameras = CameraConventions {
             view_axis: self.camera_axis.map(ViewAxis::from),
             ndc_range: self.ndc.map(NdcRange::from),
         };
-        Ok(ConvertOptions { tolerance: self.tolerance.unwrap_or_default(), write, cameras })
+        Ok(ConvertOptions { tolerance, write: write.with_codec(codec), cameras, quantization })
+    }
+
+    /// The grids of codec `quantized`.
+    fn quantization(
+        &self,
+        codec: Codec,
+        tolerance: Tolerance,
+    ) -> Result<Option<Quantization>, String> {
+        if codec != Codec::Quantized {
+            return match self.depth_error {
+                Some(_) => Err("--depth-error is for --codec quantized".to_owned()),
+                None => Ok(None),
+            };
+        }
+        if tolerance.epsilon() < Quantization::MIN_TOLERANCE {
+            let least = Quantization::MIN_TOLERANCE;
+            return Err(format!("--codec quantized needs a --tolerance of at least {least:e}"));
+        }
+        let within = self.depth_error.map(Quantization::within).transpose();
+        Ok(Some(within.map_err(|error| error.to_string())?.unwrap_or_default()))
     }
 
     fn image(&self) -> Result<ExportOptions, String> {
         let refused = [
             ("--block", self.block.is_some()),
+            ("--codec", self.codec.is_some()),
+            ("--depth-error", self.depth_error.is_some()),
             ("--camera-axis", self.camera_axis.is_some()),
             ("--ndc", self.ndc.is_some()),
         ];
@@ -220,7 +259,8 @@ impl TryFrom<ConvertFlags> for Convert {
         } else {
             ConvertTarget::Map(flags.map()?)
         };
-        let ConvertFlags { input, output, selection, effort, json, quiet, .. } = flags;
-        Ok(Self { input, output, target, selection: selection.into(), effort, json, quiet })
+        let ConvertFlags { input, output, selection, effort, json, quiet, strictness, .. } = flags;
+        let Strictness { strict } = strictness;
+        Ok(Self { input, output, target, selection: selection.into(), effort, json, quiet, strict })
     }
 }

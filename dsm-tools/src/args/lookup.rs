@@ -10,7 +10,7 @@ use deepshadow::{FilterMethod, Method, PcfMethod, TraceMethod};
 use super::far_table::FarTableName;
 use super::filtering::{self, FilterName};
 use super::layer_rule::LayerFlags;
-use super::values::{self, Effort};
+use super::values::{self, Effort, Strictness};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -89,6 +89,8 @@ pub(crate) struct LookupFlags {
     /// Show no progress
     #[arg(long)]
     quiet: bool,
+    #[command(flatten)]
+    strictness: Strictness,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -127,6 +129,7 @@ pub(crate) struct Lookup {
     pub(crate) stats: bool,
     pub(crate) effort: Effort,
     pub(crate) quiet: bool,
+    pub(crate) strict: bool,
 }
 
 impl TryFrom<LookupFlags> for Lookup {
@@ -156,6 +159,7 @@ impl TryFrom<LookupFlags> for Lookup {
             stats,
             effort,
             quiet,
+            strict: flags.strictness.strict,
         };
         if let Some(method) = method {
             request.with_method(method)?;

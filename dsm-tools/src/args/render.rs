@@ -11,7 +11,7 @@ use deepshadow::{FilterMethod, Method as MapMethod, PcfMethod, TraceMethod};
 use super::far_table::FarTableName;
 use super::filtering::{self, FilterName};
 use super::layer_rule::LayerFlags;
-use super::values::{self, Effort, ImageFile, ImageFormat};
+use super::values::{self, Effort, ImageFile, ImageFormat, Strictness};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -111,6 +111,8 @@ pub(crate) struct RenderFlags {
     /// for
     #[arg(long)]
     quiet: bool,
+    #[command(flatten)]
+    strictness: Strictness,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -159,6 +161,7 @@ pub(crate) struct Render {
     pub(crate) seed: u64,
     pub(crate) effort: Effort,
     pub(crate) quiet: bool,
+    pub(crate) strict: bool,
 }
 
 impl TryFrom<RenderFlags> for Render {
@@ -226,7 +229,7 @@ impl TryFrom<RenderFlags> for Render {
             seed,
             ..
         } = flags;
-        let RenderFlags { effort, quiet, light_size, .. } = flags;
+        let RenderFlags { effort, quiet, light_size, strictness, .. } = flags;
         Ok(Self {
             scene,
             scene_options: values::scene_options(grid),
@@ -241,6 +244,7 @@ impl TryFrom<RenderFlags> for Render {
             seed,
             effort,
             quiet,
+            strict: strictness.strict,
         })
     }
 }

@@ -16,6 +16,14 @@ pub(crate) struct Effort {
     pub(crate) threads: Option<usize>,
 }
 
+/// What becomes of warnings.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct Strictness {
+    /// Fail after a warning: what there is to write is written, and the exit code is 1
+    #[arg(long)]
+    pub(crate) strict: bool,
+}
+
 /// The name of a volume's grid, and its number among those of that name.
 pub(super) fn grid(text: &str) -> Result<GridChoice, String> {
     text.parse().map_err(|error: deepshadow::scene::Error| error.to_string())
@@ -150,6 +158,15 @@ pub(super) fn length(text: &str) -> Result<f32, String> {
     })
 }
 
+/// A length in scene units that is not 0.
+pub(super) fn positive_length(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(length) if length > 0.0 && length.is_finite() => Ok(length),
+        Ok(_) => Err("it must be above 0, and finite".to_owned()),
+        Err(_) => Err(format!("\"{text}\" is not a number")),
+    }
+}
+
 /// A depth, which may be infinite: then everything lies in front of it.
 pub(super) fn depth(text: &str) -> Result<f32, String> {
     number(text).and_then(|depth| {
@@ -235,6 +252,10 @@ mod tests {
         assert!(finite("inf").is_err() && finite("nan").is_err() && finite("1_0").is_err());
         assert_eq!(length("0.5"), Ok(0.5));
         assert!(length("-0.5").is_err() && length("nan").is_err());
+        assert_eq!(positive_length("1e-9"), Ok(1e-9));
+        for text in ["0", "-1", "inf", "nan", "hair"] {
+            assert!(positive_length(text).is_err(), "{text}");
+        }
         assert_eq!(depth("inf"), Ok(f32::INFINITY));
         assert!(depth("NaN").is_err());
         assert_eq!(tolerance("0.02").map(Tolerance::epsilon), Ok(0.02_f32));

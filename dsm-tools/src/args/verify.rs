@@ -6,7 +6,7 @@ use clap::Args;
 use deepshadow::files::deep_exr::Selection;
 
 use super::selection::SelectionFlags;
-use super::values::Effort;
+use super::values::{Effort, Strictness};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -37,6 +37,8 @@ pub(crate) struct VerifyFlags {
     /// Show no progress
     #[arg(long)]
     quiet: bool,
+    #[command(flatten)]
+    strictness: Strictness,
 }
 
 /// A checked `verify`.
@@ -48,16 +50,18 @@ pub(crate) struct Verify {
     pub(crate) json: bool,
     pub(crate) effort: Effort,
     pub(crate) quiet: bool,
+    pub(crate) strict: bool,
 }
 
 impl TryFrom<VerifyFlags> for Verify {
     type Error = &'static str;
 
     fn try_from(flags: VerifyFlags) -> Result<Self, Self::Error> {
-        let VerifyFlags { files, against, selection, json, effort, quiet } = flags;
+        let VerifyFlags { files, against, selection, json, effort, quiet, strictness } = flags;
+        let Strictness { strict } = strictness;
         if selection.is_given() && against.is_none() {
             return Err("--part, --layer and --channels choose of the SOURCE that --against names");
         }
-        Ok(Self { files, against, selection: selection.into(), json, effort, quiet })
+        Ok(Self { files, against, selection: selection.into(), json, effort, quiet, strict })
     }
 }

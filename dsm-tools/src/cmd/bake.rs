@@ -8,12 +8,13 @@ use deepshadow::files::Attribute;
 use deepshadow::scene::Scene;
 use deepshadow::scene::detail::open_scene_with;
 use deepshadow::visibility::Progress;
-use deepshadow::{BakeReport, bake};
+use deepshadow::{BakeReport, Kind, ShadowMap, bake};
 use serde::Serialize;
 
 use crate::args::Bake;
-use crate::output::print_warnings;
 use crate::output::progress::Watch;
+use crate::output::stated::StatedReport;
+use crate::output::warnings::Warnings;
 use crate::output::written::{Written, channels_name};
 use crate::parallel::with_threads;
 
@@ -21,20 +22,24 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
     let started = Instant::now();
     let scene = open_scene_with(&request.scene, &request.scene_options)?;
     let opened = started.elapsed();
-    print_warnings(scene.warnings());
+    let mut warnings = Warnings::new(request.strict);
+    warnings.extend(scene.warnings());
     let report = with_threads(request.effort.threads, || {
         let name = request.scene.to_string_lossy();
         bake_scene(&scene, &name, request.settings.clone(), &request.output, request.quiet)
     })?;
+    warnings.extend(doubts(&scene, &request.settings, &report));
+    let stated = stated(&request.output, &request.settings)?;
     let details = Details {
         tolerance: report.tolerance,
+        stated,
         samples: report.samples,
         hits: report.hits,
         cut_pixels: report.cut_pixels,
         gained: report.gained,
         scene_s: opened.as_secs_f64(),
         bake_s: (started.elapsed() - opened).as_secs_f64(),
-        warnings: scene.warnings(),
+        warnings: &warnings,
     };
     let Details { tolerance, samples, hits, cut_pixels, scene_s, bake_s, .. } = details;
     let [width, height] = request.settings.resolution;
@@ -64,18 +69,49 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
         details,
         notes: (cut_pixels > 0).then_some(cut).into_iter().chain(smaller).collect(),
         summary: format!("{}, tolerance {tolerance}", channels_name(channels)),
-        lines: vec![
-            format!("{samples} samples met {hits} surfaces and stretches of media"),
-            format!("scene {scene_s:.2} s, bake {bake_s:.2} s"),
-        ],
+        lines: [format!("{samples} samples met {hits} surfaces and stretches of media")]
+            .into_iter()
+            .chain(stated.and_then(|stated| stated.about_depths()))
+            .chain([format!("scene {scene_s:.2} s, bake {bake_s:.2} s")])
+            .collect(),
     }
-    .print(request.json, request.quiet)
+    .print(request.json, request.quiet)?;
+    warnings.finish()
+}
+
+/// What may not be meant by a bake.
+pub(crate) fn doubts(
+    scene: &Scene,
+    settings: &deepshadow::Bake,
+    report: &BakeReport,
+) -> Vec<String> {
+    let mut doubts = Vec::new();
+    // Of a whole map: parts of one are often empty.
+    if report.hits == 0 && settings.crop.is_none() {
+        doubts.push("no sample met anything: the map is lit everywhere".to_owned());
+    }
+    if settings.kind != Kind::DEEP && scene.is_moving() && settings.samples.unwrap_or(1) == 1 {
+        let kind = settings.kind.name();
+        doubts.push(format!("what moves is in a map of kind {kind} as it is at mid-shutter"));
+    }
+    doubts
+}
+
+/// What the map states of level 0, of kinds that state an error.
+fn stated(path: &Path, settings: &deepshadow::Bake) -> Result<Option<StatedReport>> {
+    if settings.kind != Kind::DEEP {
+        return Ok(None);
+    }
+    let stated = ShadowMap::open(path)?.stated_errors()?;
+    Ok(stated.first().copied().map(StatedReport::from))
 }
 
 /// The command's part of the JSON document.
 #[derive(Clone, Copy, Serialize)]
 struct Details<'a> {
     tolerance: f32,
+    #[serde(flatten)]
+    stated: Option<StatedReport>,
     samples: u64,
     /// Surfaces and stretches of media that the samples met.
     hits: u64,
@@ -87,8 +123,8 @@ struct Details<'a> {
     /// Seconds to open the scene.
     scene_s: f64,
     bake_s: f64,
-    /// What the scene's files hold that was not understood.
-    warnings: &'a [String],
+    /// What the scene's files hold that was not understood, and what may not be meant.
+    warnings: &'a Warnings,
 }
 
 /// Bakes a scene on the current pool, with a progress bar, until somebody

@@ -1,22 +1,30 @@
 //! `convert`: from an image or a map to a map, from a map to an image.
 
 use anyhow::{Context, Result};
+use deepshadow::ShadowMap;
 use deepshadow::files::{ExportOptions, ExportReport, Limits, MapSource, convert, export_deep_exr};
 use serde::Serialize;
 
 use crate::args::{Convert, ConvertTarget};
+use crate::in_map::{is_empty, is_part};
 use crate::output::printable;
 use crate::output::progress::Watch;
+use crate::output::stated::StatedReport;
+use crate::output::warnings::Warnings;
 use crate::output::written::{Written, channels_name};
 use crate::parallel::with_threads;
 
 /// The command's part of the JSON document.
 #[derive(Serialize)]
-struct Details {
+struct Details<'a> {
     /// Samples of the image that was read or written; of a map 0.
     samples: u64,
     #[serde(flatten)]
     image: Option<ImageDetails>,
+    /// What a map states of level 0.
+    #[serde(flatten)]
+    stated: Option<StatedReport>,
+    warnings: &'a Warnings,
 }
 
 /// What `--json` tells of an image that was written.
@@ -36,14 +44,14 @@ pub(crate) fn run(request: &Convert) -> Result<()> {
     let mut source = MapSource::open(input, selection, &Limits::default())?;
     let [width, height] = source.size();
     let mut notes = lost(&source);
-    let (details, lines) = with_threads(request.effort.threads, || {
+    let ((samples, image), mut lines) = with_threads(request.effort.threads, || {
         let watch = Watch::start("converting", request.quiet)?;
         let at = |progress| watch.at(progress);
         let done = match &request.target {
             ConvertTarget::Map(options) => {
                 convert(&mut source, output, options, at).map(|report| {
                     notes.extend(report.lines().iter().map(|line| printable(line)));
-                    (Details { samples: report.samples, image: None }, Vec::new())
+                    ((report.samples, None), Vec::new())
                 })
             }
             ConvertTarget::Image(options) => export_deep_exr(&mut source, output, options, at)
@@ -52,6 +60,20 @@ pub(crate) fn run(request: &Convert) -> Result<()> {
         drop(watch);
         done.with_context(|| format!("converting {}", input.display()))
     })?;
+    let (mut warnings, mut stated) = (Warnings::new(request.strict), None);
+    let is_empty = match request.target {
+        ConvertTarget::Map(_) => {
+            let map = ShadowMap::open(output)?;
+            stated = map.stated_errors()?.first().copied().map(StatedReport::from);
+            lines.extend(stated.and_then(|stated| stated.about_depths()));
+            is_empty(&map)? && !is_part(&map)
+        }
+        ConvertTarget::Image(_) => samples == 0,
+    };
+    if is_empty {
+        warnings.add("no pixel holds anything: it is lit everywhere");
+    }
+    let details = Details { samples, image, stated, warnings: &warnings };
     let channels = source.channels();
     Written {
         output,
@@ -64,7 +86,8 @@ pub(crate) fn run(request: &Convert) -> Result<()> {
         summary: channels_name(channels).to_owned(),
         lines,
     }
-    .print(request.json, request.quiet)
+    .print(request.json, request.quiet)?;
+    warnings.finish()
 }
 
 /// What an image holds and how far it is off, for both readers; what it does not
@@ -73,7 +96,7 @@ fn written(
     report: &ExportReport,
     options: &ExportOptions,
     notes: &mut Vec<String>,
-) -> (Details, Vec<String>) {
+) -> ((u64, Option<ImageDetails>), Vec<String>) {
     let ExportReport { samples, max_samples, achieved, total, left_out, .. } = report;
     let stated = options.error.epsilon();
     let lines = vec![
@@ -92,7 +115,7 @@ fn written(
     if !left_out.is_empty() {
         notes.push(format!("lost: attributes {}", printable(&left_out.join(", "))));
     }
-    (Details { samples: *samples, image: Some(image) }, lines)
+    ((*samples, Some(image)), lines)
 }
 
 /// What is in the source and has no place in the map.

@@ -7,15 +7,18 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, anyhow};
 use deepshadow::glam::DVec3;
-use deepshadow::{OpenOptions, Query, Shadow, Values};
+use deepshadow::{Method, OpenOptions, Query, Shadow, Values};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::args::{Lookup, Space};
+use crate::in_map::{InMap, is_empty, is_part};
+use crate::output::warnings::Warnings;
 use crate::output::{light, progress};
 use crate::parallel::with_threads;
 use crate::points::PointReader;
+use crate::wide_light;
 
 /// Points that are in memory at a time.
 const CHUNK: usize = 1 << 16;
@@ -24,7 +27,7 @@ const TASK: usize = 1 << 10;
 
 /// The counts that `--stats` prints.
 #[derive(Serialize)]
-struct Statistics {
+struct Statistics<'a> {
     points: u64,
     /// Rays that were traced: a filter needs none.
     rays: u64,
@@ -41,6 +44,7 @@ struct Statistics {
     /// True if a far table was used.
     #[serde(skip_serializing_if = "Option::is_none")]
     far_table: Option<bool>,
+    warnings: &'a Warnings,
 }
 
 pub(crate) fn run(request: &Lookup) -> Result<()> {
@@ -57,7 +61,16 @@ pub(crate) fn run(request: &Lookup) -> Result<()> {
         query.light_size = request.light_size;
         let shadow = map.shadow(&query)?;
         let open_s = start.elapsed().as_secs_f64();
-        let (points, time) = answer_all(request, &shadow)?;
+        let seen = InMap::new(map.view()?);
+        let (points, time) = answer_all(request, &shadow, &seen)?;
+        let mut warnings = Warnings::new(request.strict).in_document(request.stats);
+        if is_empty(&map)? && !is_part(&map) {
+            warnings.add("the map holds nothing: it is lit everywhere");
+        }
+        warnings.extend(seen.warning());
+        if let Method::Filter(_) = method {
+            warnings.extend(wide_light::of_map(&map)?);
+        }
         if request.stats {
             let found = shadow.statistics();
             let statistics = Statistics {
@@ -68,16 +81,17 @@ pub(crate) fn run(request: &Lookup) -> Result<()> {
                 rays_outside_map: found.rays.map(|rays| rays.outside_map),
                 points_behind_light: found.rays.map(|rays| rays.behind_light),
                 far_table: found.far_table,
+                warnings: &warnings,
             };
             writeln!(io::stderr(), "{}", serde_json::to_string(&statistics)?)?;
         }
-        Ok(())
+        warnings.finish()
     })
 }
 
 /// Answers every point of the file on stdout. Returns how many there were, and
 /// how long their lookups took.
-fn answer_all(request: &Lookup, shadow: &Shadow) -> Result<(u64, Duration)> {
+fn answer_all(request: &Lookup, shadow: &Shadow, seen: &InMap) -> Result<(u64, Duration)> {
     let path = request.points.as_path();
     let (mut points, bar) = open(path, request.quiet)?;
     let mut output = BufWriter::new(io::stdout().lock());
@@ -93,9 +107,13 @@ fn answer_all(request: &Lookup, shadow: &Shadow) -> Result<(u64, Duration)> {
         let values = match request.space {
             Space::World => {
                 let points: Vec<DVec3> = chunk.iter().copied().map(DVec3::from).collect();
+                seen.see_world(points.iter().copied());
                 shadow.query_from(&points, count)
             }
-            Space::Raster => shadow.query_raster(&chunk, count),
+            Space::Raster => {
+                seen.see_raster(&chunk);
+                shadow.query_raster(&chunk, count)
+            }
         }?;
         time += start.elapsed();
         write_lines(&values, &mut output)?;

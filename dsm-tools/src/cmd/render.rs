@@ -12,20 +12,22 @@ use deepshadow::scene::detail::{
 };
 use deepshadow::scene::{Scene, TracedScene};
 use deepshadow::visibility::detail::BiasSummary;
-use deepshadow::visibility::{Bias, LevelChoice, Tolerance};
-use deepshadow::{Kind, Method as MapMethod, Query, Shadow, ShadowMap};
+use deepshadow::visibility::{Bias, LevelChoice, LightVisibility, Tolerance};
+use deepshadow::{Error, Kind, Method as MapMethod, Query, Shadow, ShadowMap};
 use serde::Serialize;
 use tempfile::TempDir;
 
-use super::bake::bake_scene;
+use super::bake::{bake_scene, doubts};
 use crate::args::{Method, Render};
+use crate::in_map::{InMap, Watched, is_empty, is_part};
 use crate::output::progress::Watch;
-use crate::output::{picture, print_warnings, printable};
+use crate::output::warnings::Warnings;
+use crate::output::{picture, printable};
 use crate::parallel::with_threads;
+use crate::wide_light::{self, RESOLUTION};
 
-/// Pixels of the map that is baked where none is given, their samples, and how
-/// far it is off: it is thrown away, and may be large.
-const RESOLUTION: u32 = 512;
+/// Samples a pixel of the map that is baked where none is given, and how far it is off:
+/// it is thrown away, and may be large.
 const SAMPLES: u32 = 16;
 const TOLERANCE: f32 = 0.01;
 
@@ -46,8 +48,8 @@ struct Report<'a> {
     map_s: f64,
     render_s: f64,
     compare: Option<Difference>,
-    /// What the scene's files hold that was not understood.
-    warnings: &'a [String],
+    /// What the scene's files hold that was not understood, and what may not be meant.
+    warnings: &'a Warnings,
 }
 
 /// The bias that was taken, in scene units.
@@ -81,14 +83,15 @@ pub(crate) fn run(request: &Render) -> Result<()> {
     with_threads(request.effort.threads, || {
         let started = Instant::now();
         let mut scene = open_scene_with(&request.scene, &request.scene_options)?;
-        print_warnings(scene.warnings());
+        let mut warnings = Warnings::new(request.strict);
+        warnings.extend(scene.warnings());
         if let Some(size) = request.light_size {
             scene.light = scene.light.with_size(size.map(f64::from))?;
         }
         let traced = Arc::new(TracedScene::new(&scene)?);
         let job = RenderJob { request, scene: &scene, traced: &traced };
         let scene_s = started.elapsed().as_secs_f64();
-        let Rendered { image, biases, map_s, render_s } = job.run()?;
+        let Rendered { image, biases, map_s, render_s } = job.run(&mut warnings)?;
         let compare = match &request.compare {
             Some(path) => {
                 let other = picture::read_exr(path, image.size())?;
@@ -110,9 +113,10 @@ pub(crate) fn run(request: &Render) -> Result<()> {
             map_s,
             render_s,
             compare,
-            warnings: scene.warnings(),
+            warnings: &warnings,
         };
-        print(request, &report)
+        print(request, &report)?;
+        warnings.finish()
     })
 }
 
@@ -177,10 +181,12 @@ struct RenderJob<'a> {
 }
 
 impl RenderJob<'_> {
-    fn run(&self) -> Result<Rendered> {
+    fn run(&self, warnings: &mut Warnings) -> Result<Rendered> {
         let started = Instant::now();
         // The folder goes when the picture is done.
         let (mut folder, mut bias) = (None, None);
+        // Of a map that was given: one that is baked shows what its light sees.
+        let mut seen = InMap::new(None);
         let shadow = match &self.request.method {
             Method::Map { map, method } => {
                 if let MapMethod::Filter(filter) = method {
@@ -188,14 +194,24 @@ impl RenderJob<'_> {
                 }
                 let query = Query::new().with_method(*method);
                 let query = query.with_light(self.scene.light.area()?);
-                let open = |path: &Path| ShadowMap::open(path)?.shadow(&query);
-                match map {
-                    Some(map) => open(map)?,
-                    None => open(&self.bake_for(*method, &mut folder)?)?,
+                let map = match map {
+                    Some(path) => {
+                        let map = ShadowMap::open(path)?;
+                        let view = map.view()?;
+                        warnings.extend(self.unlike(&map, path)?);
+                        seen = InMap::new(view);
+                        map
+                    }
+                    None => ShadowMap::open(self.bake_for(*method, &mut folder, warnings)?)?,
+                };
+                if let MapMethod::Filter(_) = method {
+                    warnings.extend(wide_light::of_scene(self.scene, method.name()));
                 }
+                map.shadow(&query)?
             }
             &Method::Plain { taps, width, bias: given } => {
                 bias = Some(given);
+                warnings.extend(wide_light::of_scene(self.scene, "pcf"));
                 let settings = PlainShadow::new(taps).with_width(width).with_bias(given);
                 plain_shadow(self.scene, &self.scene.light, &settings)?
             }
@@ -204,17 +220,40 @@ impl RenderJob<'_> {
             }
         };
         let map_s = started.elapsed().as_secs_f64();
-        let (image, render_s) = self.render(&shadow)?;
+        let (image, render_s) = self.render(&Watched { shadow: &shadow, seen: &seen })?;
+        warnings.extend(seen.warning());
+        if !seen.is_asked() {
+            warnings.add("the picture shows nothing that light could reach");
+        }
         let biases = bias.and_then(|bias| Some((bias, shadow.statistics().biases?)));
         Ok(Rendered { image, biases, map_s, render_s })
     }
 
+    /// What a map that was given is not of the scene.
+    fn unlike(&self, map: &ShadowMap, path: &Path) -> Result<Vec<String>> {
+        let (mut found, name) = (Vec::new(), path.display());
+        if map.view()?.is_some_and(|view| !view.is_of(&self.scene.light)) {
+            found.push(format!("{name} is no map of the scene's light: it is seen from elsewhere"));
+        }
+        if is_empty(map)? && !is_part(map) {
+            found.push(format!("{name} holds nothing: it is lit everywhere"));
+        }
+        Ok(found)
+    }
+
     /// Bakes the map that a method reads into a folder of its own.
-    fn bake_for(&self, method: MapMethod, folder: &mut Option<TempDir>) -> Result<PathBuf> {
+    fn bake_for(
+        &self,
+        method: MapMethod,
+        folder: &mut Option<TempDir>,
+        warnings: &mut Warnings,
+    ) -> Result<PathBuf> {
         let made = tempfile::tempdir().context("cannot make a folder for the map")?;
         let map = folder.insert(made).path().join("map.dsm");
         let name = self.request.scene.to_string_lossy();
-        bake_scene(self.scene, &name, self.settings(method)?, &map, self.request.quiet)?;
+        let settings = self.settings(method)?;
+        let report = bake_scene(self.scene, &name, settings.clone(), &map, self.request.quiet)?;
+        warnings.extend(doubts(self.scene, &settings, &report));
         Ok(map)
     }
 
@@ -242,7 +281,7 @@ impl RenderJob<'_> {
     }
 
     /// Renders with these shadows; how long that took.
-    fn render(&self, shadow: &Shadow) -> Result<(Image, f64)> {
+    fn render(&self, shadow: &Watched<'_>) -> Result<(Image, f64)> {
         let request = self.request;
         let camera = self.scene.camera;
         let camera = camera.raster(request.resolution.unwrap_or(camera.resolution))?;
@@ -256,9 +295,9 @@ impl RenderJob<'_> {
 
 /// Renders on the current pool, with a progress bar, until somebody interrupts
 /// it; how long that took.
-pub(crate) fn render_with_bar(
+pub(crate) fn render_with_bar<S: LightVisibility<Error = Error>>(
     renderer: &Renderer,
-    shadow: &Shadow,
+    shadow: &S,
     quiet: bool,
 ) -> Result<(Image, f64)> {
     let started = Instant::now();

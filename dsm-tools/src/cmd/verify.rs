@@ -9,7 +9,10 @@ use deepshadow::files::{Error, Limits, MapSource};
 use serde::Serialize;
 
 use crate::args::Verify;
+use crate::in_map::{is_empty, is_part};
 use crate::output::progress::Watch;
+use crate::output::stated::StatedReport;
+use crate::output::warnings::Warnings;
 use crate::parallel::with_threads;
 
 /// The JSON document.
@@ -17,23 +20,33 @@ use crate::parallel::with_threads;
 struct Outcome {
     ok: bool,
     files: Vec<FileOutcome>,
+    warnings: Warnings,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, Default)]
 struct FileOutcome {
     path: String,
     ok: bool,
     errors: Vec<String>,
+    /// What its levels state, the finest first; empty unless the map is sound.
+    stated: Vec<StatedReport>,
+    #[serde(skip)]
+    is_empty: bool,
 }
 
 pub(crate) fn run(request: &Verify) -> Result<()> {
     let files: Vec<_> = with_threads(request.effort.threads, || {
         Ok(request.files.iter().map(|path| check(path, request)).collect())
     })?;
-    let outcome = Outcome { ok: files.iter().all(|file| file.ok), files };
+    let mut warnings = Warnings::new(request.strict);
+    for FileOutcome { path, .. } in files.iter().filter(|file| file.is_empty) {
+        warnings.add(format!("{path}: the map holds nothing: it is lit everywhere"));
+    }
+    let outcome = Outcome { ok: files.iter().all(|file| file.ok), files, warnings };
     let printed = print(&outcome, request.json);
     // A failed check stays one, whoever stopped listening.
     outcome.result()?;
+    outcome.warnings.finish()?;
     Ok(printed?)
 }
 
@@ -49,18 +62,27 @@ fn print(outcome: &Outcome, json: bool) -> io::Result<()> {
 }
 
 fn check(path: &Path, request: &Verify) -> FileOutcome {
-    let errors = open_and_check(path, request).unwrap_or_else(|error| vec![whole_message(error)]);
-    FileOutcome { path: path.display().to_string(), ok: errors.is_empty(), errors }
+    let found = open_and_check(path, request).unwrap_or_else(|error| FileOutcome {
+        errors: vec![whole_message(error)],
+        ..FileOutcome::default()
+    });
+    FileOutcome { path: path.display().to_string(), ok: found.errors.is_empty(), ..found }
 }
 
-/// What is wrong with a map. Only one that is sound is held to its bound.
-fn open_and_check(path: &Path, request: &Verify) -> deepshadow::detail::Result<Vec<String>> {
+/// What is wrong with a map, and what one that is sound states. Only that is held to
+/// its bound.
+fn open_and_check(path: &Path, request: &Verify) -> deepshadow::detail::Result<FileOutcome> {
     let map = ShadowMap::open(path)?;
     let mut errors: Vec<_> = map.verify().into_iter().map(whole_message).collect();
     if let (Some(source), true) = (&request.against, errors.is_empty()) {
         errors.extend(check_against(&map, source, request).err());
     }
-    Ok(errors)
+    let mut found = FileOutcome { errors, ..FileOutcome::default() };
+    if found.errors.is_empty() {
+        found.stated = map.stated_errors()?.into_iter().map(StatedReport::from).collect();
+        found.is_empty = is_empty(&map)? && !is_part(&map);
+    }
+    Ok(found)
 }
 
 fn check_against(map: &ShadowMap, path: &Path, request: &Verify) -> Result<(), String> {
@@ -85,7 +107,7 @@ fn whole_message(error: impl Into<anyhow::Error>) -> String {
 
 impl Outcome {
     fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
-        for FileOutcome { path, errors, .. } in &self.files {
+        for FileOutcome { path, errors, stated, .. } in &self.files {
             match errors.len() {
                 0 => writeln!(output, "{path}: ok")?,
                 1 => writeln!(output, "{path}: 1 error")?,
@@ -93,6 +115,9 @@ impl Outcome {
             }
             for error in errors {
                 writeln!(output, "  {error}")?;
+            }
+            if let Some(moved) = stated.first().and_then(StatedReport::about_depths) {
+                writeln!(output, "  {moved}")?;
             }
         }
         Ok(())

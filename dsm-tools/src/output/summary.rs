@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::io::{self, Write};
 
 use deepshadow::ShadowMap;
+use deepshadow::detail::StatedError;
 use deepshadow::files::detail::{Level, PixelValue, SummaryValue, TileDirectory, TileEntry};
 use deepshadow::files::{Attribute, Codec, MapSummary, Packing, PixelContents};
 use deepshadow::visibility::detail::{DepthKind, PixelWindow};
@@ -12,6 +13,7 @@ use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::Value;
 
 use super::printable;
+use super::stated::StatedReport;
 
 /// A map's metadata and levels, and one of its pixels.
 #[derive(serde::Serialize)]
@@ -57,8 +59,8 @@ struct LevelSummary {
     width: u32,
     height: u32,
     tolerance: f32,
-    max_error: f32,
-    mean_error: f32,
+    #[serde(flatten)]
+    stated: StatedReport,
     vertices: u64,
     /// Bytes that the tiles take in the file.
     bytes: u64,
@@ -91,7 +93,10 @@ impl<'a> Summary<'a> {
         let directory = container.directory(0)?;
         let levels = (0..)
             .zip(container.levels())
-            .map(|(index, level)| Ok(LevelSummary::new(level, container.directory(index)?)))
+            .zip(map.stated_errors()?)
+            .map(|((index, level), stated)| {
+                Ok(LevelSummary::new(level, stated, container.directory(index)?))
+            })
             .collect::<deepshadow::files::detail::Result<_>>()?;
         let stored = || directory.iter().map(|(_, tile)| tile).filter(|tile| !tile.is_empty());
         Ok(Self {
@@ -210,14 +215,18 @@ impl<'a> Summary<'a> {
     fn write_levels(&self, output: &mut impl Write) -> io::Result<()> {
         writeln!(
             output,
-            "\n  level           size    tolerance  max error  mean error      vertices         bytes"
+            "\n  level           size    tolerance  max error  mean error  depth error  at a depth  \
+                 vertices         bytes"
         )?;
         for (index, level) in self.levels.iter().enumerate() {
             let size = format!("{} × {}", level.width, level.height);
             writeln!(
                 output,
-                "  {index:>5}{size:>15}{:>13}{:>11.2e}{:>12.2e}{:>14}{:>14}",
-                level.tolerance, level.max_error, level.mean_error, level.vertices, level.bytes
+                "  {index:>5}{size:>15}{:>13}{}{:>14}{:>14}",
+                level.tolerance,
+                level.stated.columns(),
+                level.vertices,
+                level.bytes
             )?;
         }
         Ok(())
@@ -244,14 +253,13 @@ impl<'a> Summary<'a> {
 }
 
 impl LevelSummary {
-    fn new(level: &Level, directory: &TileDirectory) -> Self {
+    fn new(level: &Level, stated: StatedError, directory: &TileDirectory) -> Self {
         let tiles = || directory.iter().map(|(_, tile)| tile);
         Self {
             width: level.width,
             height: level.height,
             tolerance: level.tolerance,
-            max_error: level.error.max,
-            mean_error: level.error.mean,
+            stated: stated.into(),
             vertices: tiles().map(|tile| tile.vertex_count).fold(0, u64::saturating_add),
             bytes: tiles().map(|tile| tile.stored_length).fold(0, u64::saturating_add),
         }

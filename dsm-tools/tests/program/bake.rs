@@ -50,7 +50,9 @@ fn what_a_model_says_that_is_not_understood_is_said() {
         let told = run!("bake", scene, "-o", map, "--resolution", "8", "--quiet");
         assert_eq!((told.code, told.stdout.as_str()), (0, ""), "{told:?}");
         assert!(told.stderr.starts_with("warning: ") && told.stderr.contains(warning), "{told:?}");
-        assert_eq!(told.stderr.matches('\n').count(), 1, "{told:?}");
+        // And that there is nothing else.
+        assert!(told.stderr.contains("\nwarning: no sample met anything"), "{told:?}");
+        assert_eq!(told.stderr.matches('\n').count(), 2, "{told:?}");
     }
     let told = run!("render", model, "-o", picture, "--resolution", "8x8", "--json");
     let document: Value = serde_json::from_str(&told.stdout).unwrap();
@@ -86,7 +88,7 @@ fn a_scene_becomes_a_map_that_knows_where_it_came_from() {
     // Behind the pane only red is left, beside it everything, under the floor
     // nothing.
     let points = folder.write("p.csv", "x,y,z\n0,0.5,0\n1.2,0.5,0\n0,-0.5,0\n0,2,0\n");
-    let light = run!("lookup", map, "--points", points).stdout();
+    let light = run!("lookup", map, "--points", points).warned("answers the light of a point");
     assert_eq!(light, "r,g,b\n1,0.25,0\n1,1,1\n0,0,0\n1,1,1\n");
 
     let mono = ["--channels", "mono", "--tolerance", "0", "--block", "none", "--tile", "16"];

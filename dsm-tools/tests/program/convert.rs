@@ -189,6 +189,10 @@ fn outputs_are_maps_or_images() {
         ("--tile", "0"),
         ("--tile", "5000"),
         ("--block", "gzip"),
+        ("--codec", "quantized"),
+        ("--codec", "half"),
+        ("--depth-error", "0.1"),
+        ("--depth-error", "0"),
         ("--exr-layout", "scanline"),
         ("--exr-type", "float"),
         ("--exr-compression", "none"),
@@ -199,13 +203,15 @@ fn outputs_are_maps_or_images() {
         ("--tolerance", "0.0000005"),
         ("--tile", "16"),
         ("--block", "zstd"),
+        ("--codec", "exact"),
+        ("--depth-error", "0.1"),
         ("--exr-layout", "rows"),
         ("--exr-type", "uint"),
         ("--exr-compression", "zip"),
     ] {
         run!("convert", "a.dsm", "a.EXR", switch, value).is_wrong_usage(switch);
     }
-    for switch in ["--codec", "--method", "--side", "--target-size"] {
+    for switch in ["--method", "--side", "--target-size"] {
         run!("convert", "a.exr", "a.dsm", switch, "exact").is_wrong_usage(switch);
     }
 }

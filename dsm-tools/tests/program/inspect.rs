@@ -62,7 +62,17 @@ fn json_says_everything() {
     let [level] = &told["levels"].as_array().unwrap()[..] else { panic!("{told}") };
     assert_eq!(
         keys(level),
-        ["bytes", "height", "max_error", "mean_error", "tolerance", "vertices", "width"]
+        [
+            "bytes",
+            "depth_error",
+            "error_at_depth",
+            "height",
+            "max_error",
+            "mean_error",
+            "tolerance",
+            "vertices",
+            "width"
+        ]
     );
     for (name, value) in [
         ("width", json!(7)),

@@ -204,7 +204,8 @@ fn what_lies_nowhere_is_lit() {
     let path = folder.map("map.dsm", &mono(full_info()));
     let nowhere = "x,y,z\nnan,0,3\n0,0,NaN\n1e300,0,-5\n0,0,5\n0,0,0\ninf,0,-5\n0,0,-inf\n";
     let file = folder.write("world.csv", nowhere);
-    assert_eq!(run!("lookup", path, "--points", file).stdout(), "v\n1\n1\n1\n1\n1\n1\n1\n");
+    let answer = run!("lookup", path, "--points", file).warned("no point lies in the map");
+    assert_eq!(answer, "v\n1\n1\n1\n1\n1\n1\n1\n");
     let outside =
         "x,y,z\n-0.1,0.5,9\n7,0.5,9\n3.5,5,9\n3.5,nan,9\n3.5,0.5,0\n3.5,0.5,-9\n3.5,0.5,inf\n";
     let file = folder.write("raster.csv", outside);
@@ -250,7 +251,7 @@ fn statistics_are_one_line_of_json() {
     assert_eq!((answer.code, answer.stderr.lines().count()), (0, 1));
     let statistics: Value = serde_json::from_str(&answer.stderr).unwrap();
     let keys: Vec<_> = statistics.as_object().unwrap().keys().cloned().collect();
-    assert_eq!(keys, ["lookup_s", "open_s", "points", "rays"]);
+    assert_eq!(keys, ["lookup_s", "open_s", "points", "rays", "warnings"]);
     assert_eq!((&statistics["points"], &statistics["rays"]), (&10.into(), &0.into()));
     assert!(statistics["open_s"].as_f64().unwrap() > 0.0);
 }
@@ -364,5 +365,5 @@ fn a_filter_over_more_pixels_than_can_be_visited_is_refused() {
     let narrow = run!(
         "lookup", map, "--points", points, "--space", "raster", "--filter", "box", "--width", "64"
     );
-    assert_eq!(narrow.stdout(), "v\n1\n");
+    assert_eq!(narrow.warned("the map holds nothing"), "v\n1\n");
 }

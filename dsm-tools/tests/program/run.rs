@@ -28,6 +28,16 @@ impl Answer {
         self.stdout
     }
 
+    /// Holds the program to a success that says nothing but warnings on stderr, one of them
+    /// with `text` in it; what it printed.
+    #[track_caller]
+    pub(crate) fn warned(self, text: &str) -> String {
+        assert_eq!(self.code, 0, "{self:?}");
+        assert!(self.stderr.lines().all(|line| line.starts_with("warning: ")), "{self:?}");
+        assert!(self.stderr.lines().any(|line| line.contains(text)), "{self:?}");
+        self.stdout
+    }
+
     /// The one JSON document that a successful program prints.
     #[track_caller]
     pub(crate) fn json(self) -> Value {

@@ -17,8 +17,12 @@ fn whole_maps_pass() {
     let mono = folder.map("mono.dsm", &mono(full_info()));
     let rgb = folder.map("rgb.dsm", &rgb(full_info()));
     let told = run!("verify", mono, rgb, "--json").json();
-    let file = |path: &std::path::Path| json!({"path": path, "ok": true, "errors": []});
-    assert_eq!(told, json!({"ok": true, "files": [file(&mono), file(&rgb)]}));
+    let stated = json!([
+        {"max_error": 0.01, "mean_error": 0.0, "depth_error": 0.0, "error_at_depth": 0.01}
+    ]);
+    let file = |path: &Path| json!({"path": path, "ok": true, "errors": [], "stated": stated});
+    let files = [file(&mono), file(&rgb)];
+    assert_eq!(told, json!({"ok": true, "files": files, "warnings": []}));
     let text = run!("verify", mono).stdout();
     assert_eq!(text, format!("{}: ok\n", mono.display()));
 }

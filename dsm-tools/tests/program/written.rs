@@ -12,7 +12,12 @@ use crate::run;
 #[track_caller]
 fn document(arguments: &[&str], output: &Path, size: [u32; 2], channels: u8) -> Value {
     let answer = |more: &[&str]| {
-        let mut told = run::run(arguments.iter().chain(more)).json();
+        let answer = run::run(arguments.iter().chain(more));
+        let mut told: Value = serde_json::from_str(&answer.stdout).unwrap();
+        // What stderr warns of is in the document.
+        let warnings = told["warnings"].as_array().map_or(&[][..], Vec::as_slice);
+        let lines = warnings.iter().map(|line| format!("warning: {}\n", line.as_str().unwrap()));
+        assert_eq!((answer.code, answer.stderr), (0, lines.collect()));
         let keys = told.as_object_mut().unwrap();
         for time in ["scene_s", "bake_s"] {
             assert!(keys.remove(time).is_none_or(|time| time.as_f64().unwrap() >= 0.0));
@@ -25,7 +30,7 @@ fn document(arguments: &[&str], output: &Path, size: [u32; 2], channels: u8) -> 
     assert_eq!(told["channels"], json!(channels));
     assert_eq!(told["bytes"], json!(output.metadata().unwrap().len()));
     assert_eq!(answer(&["--json", "--quiet"]), told);
-    assert_eq!(run::run(arguments.iter().chain(&["--quiet"])).stdout(), "");
+    assert_eq!(run::run(arguments.iter().chain(&["--quiet"])).stdout, "");
     told
 }
 

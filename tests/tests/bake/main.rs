@@ -13,4 +13,5 @@ mod pyramid;
 mod quantized;
 mod rays;
 mod scenes;
+mod stated;
 mod support;

@@ -92,6 +92,28 @@ fn of_coloured_surfaces() {
 }
 
 #[test]
+fn a_hairs_width_is_kept() {
+    let stage = Stage::builtin("hairball");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("map.dsm");
+    let width = stage.scene.finest_strand().unwrap();
+    let moved = |depth_error| {
+        let mut settings = deepshadow::Bake::new([48, 48]).unwrap();
+        settings.codec = Codec::Quantized;
+        settings.depth_error = depth_error;
+        let never = |_| ControlFlow::Continue(());
+        deepshadow::bake(&stage.scene, &stage.scene.light, &settings, &path, never).unwrap();
+        let map = deepshadow::ShadowMap::open(&path).unwrap();
+        f64::from(map.stated_errors().unwrap()[0].depth)
+    };
+    let usual = moved(None);
+    assert!(usual > 0.0 && usual < 0.25 * width, "{usual} of {width}");
+    // By more where that is asked for.
+    let coarse = moved(Some(8.0 * width));
+    assert!(coarse > width && coarse < 8.0 * width, "{coarse} of {width}");
+}
+
+#[test]
 fn rounding_and_its_codec_go_together() {
     let stage = Stage::builtin("stained-glass");
     let folder = tempfile::tempdir().unwrap();
