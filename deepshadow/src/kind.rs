@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use dsm_scene::Scene;
+
 use crate::query::method::Method;
 
 /// A kind of map that can be baked and queried.
@@ -70,6 +72,34 @@ impl Kind {
             KindId::Layers => "Multilayer depth maps: the first hits of every pixel's centre",
             KindId::Mtsm => {
                 "Multilayer transparent shadow maps: runs of compressed layers with counts"
+            }
+        }
+    }
+
+    /// The width and height in pixels that suit a map of a scene: 512; of fragments 1024,
+    /// as receivers lie next to what they show, unless a pixel where the scene is nearest
+    /// to the light would be narrower than two of its finest strands: parts of a strand
+    /// would shade each other. O(points of strands).
+    ///
+    /// ```
+    /// use deepshadow::Kind;
+    /// use deepshadow::scene::Scene;
+    ///
+    /// let scene = Scene::of_objects(Vec::new());
+    /// assert_eq!(Kind::DEEP.resolution_for(&scene), [512, 512]);
+    /// assert_eq!(Kind::FRAGMENTS.resolution_for(&scene), [1024, 1024]);
+    /// ```
+    #[must_use]
+    pub fn resolution_for(self, scene: &Scene) -> [u32; 2] {
+        let (coarse, fine) = ([512; 2], [1024; 2]);
+        match self.0 {
+            KindId::Deep | KindId::Layers | KindId::Mtsm => coarse,
+            KindId::Fragments => {
+                let pixel = scene.pixel_size(fine);
+                let is_narrow = pixel
+                    .zip(scene.finest_strand())
+                    .is_some_and(|(pixel, strand)| pixel < 2.0 * strand);
+                if is_narrow { coarse } else { fine }
             }
         }
     }

@@ -253,6 +253,20 @@ impl Scene {
         self.objects.iter().any(Object::is_moving)
     }
 
+    /// The side of a pixel of the light's view in scene units, with so many of them, where
+    /// the scene is nearest to the light's eye; `None` for an empty scene or no such view.
+    #[must_use]
+    pub fn pixel_size(&self, resolution: [u32; 2]) -> Option<f64> {
+        let (view, bounds) = (self.light.raster(resolution).ok()?, self.bounds());
+        if bounds.is_empty() {
+            return None;
+        }
+        let nearest = (view.eye() - view.eye().clamp(bounds.min, bounds.max)).length();
+        let pixels = resolution[0].max(resolution[1]);
+        let pixel = 2.0 * view.half_size().max_element() / f64::from(pixels);
+        Some(if view.is_perspective() { pixel * nearest } else { pixel })
+    }
+
     /// The width of the thinnest strand in the world, at its thickest place; `None`
     /// without strands. O(points).
     #[must_use]

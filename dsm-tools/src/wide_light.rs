@@ -32,15 +32,7 @@ pub(crate) fn of_map(map: &ShadowMap) -> Result<Option<String>> {
 /// The warning that `method` takes a scene's light for a point, if it is wider than a pixel
 /// of the map that would be baked where the scene begins.
 pub(crate) fn of_scene(scene: &Scene, method: &str) -> Option<String> {
-    let light = &scene.light;
-    let (extent, view) = (light.extent, light.raster([RESOLUTION; 2]).ok()?);
-    let bounds = scene.bounds();
-    let [width, height] = extent.size();
-    if bounds.is_empty() {
-        return None;
-    }
-    let nearest = (view.eye() - view.eye().clamp(bounds.min, bounds.max)).length();
-    let pixel = 2.0 * view.half_size().max_element() / f64::from(RESOLUTION);
-    let pixel = if view.is_perspective() { pixel * nearest } else { pixel };
+    let [width, height] = scene.light.extent.size();
+    let pixel = scene.pixel_size([RESOLUTION; 2])?;
     (width.max(height) > pixel).then(|| said(method, [width, height]))
 }

@@ -38,9 +38,10 @@ pub(crate) struct BakeFlags {
     /// The kind of map
     #[arg(long, default_value = "deep", value_parser = kind())]
     kind: Kind,
-    /// Width and height of the map in pixels; one number: a square
-    #[arg(long, value_name = "W[xH]", default_value = "512", value_parser = values::resolution)]
-    resolution: [u32; 2],
+    /// Width and height of the map in pixels; one number: a square [default: 512; of
+    /// fragments 1024, or 512 where that is fine enough for strands]
+    #[arg(long, value_name = "W[xH]", value_parser = values::resolution)]
+    resolution: Option<[u32; 2]>,
     /// Samples a pixel [default: 16; of layered maps 1, the ray through the
     /// pixel's centre at mid-shutter]
     #[arg(long, value_name = "N")]
@@ -142,6 +143,8 @@ pub(crate) struct Bake {
     pub(crate) scene_options: SceneOptions,
     pub(crate) output: PathBuf,
     pub(crate) settings: deepshadow::Bake,
+    /// That no resolution was told: it follows the scene.
+    pub(crate) finds_resolution: bool,
     pub(crate) effort: Effort,
     pub(crate) json: bool,
     pub(crate) quiet: bool,
@@ -180,8 +183,13 @@ impl TryFrom<BakeFlags> for Bake {
     type Error = String;
 
     fn try_from(flags: BakeFlags) -> Result<Self, String> {
+        // Until the scene is there, that of most kinds.
+        let resolution = flags.resolution.unwrap_or([512; 2]);
         if let Some(crop) = flags.crop {
-            check_crop(crop, flags.resolution, flags.tile)?;
+            if flags.resolution.is_none() && flags.kind == Kind::FRAGMENTS {
+                return Err("--crop of kind fragments needs a --resolution".to_owned());
+            }
+            check_crop(crop, resolution, flags.tile)?;
         }
         let shape = match flags.filter {
             ShapeName::Box => FilterShape::Box,
@@ -190,8 +198,7 @@ impl TryFrom<BakeFlags> for Bake {
         };
         let text = |error: deepshadow::Error| error.to_string();
         let width = flags.filter_width.unwrap_or(shape.minimum_width());
-        let mut settings =
-            deepshadow::Bake::new(flags.resolution).map_err(text)?.with_kind(flags.kind);
+        let mut settings = deepshadow::Bake::new(resolution).map_err(text)?.with_kind(flags.kind);
         settings.tile_size = flags.tile;
         settings.crop = flags.crop;
         settings.samples = flags.samples;
@@ -214,6 +221,17 @@ impl TryFrom<BakeFlags> for Bake {
         let BakeFlags { scene, grid, output, effort, json, quiet, strictness, .. } = flags;
         let Strictness { strict } = strictness;
         let scene_options = values::scene_options(grid);
-        Ok(Self { scene, scene_options, output, settings, effort, json, quiet, strict })
+        let finds_resolution = flags.resolution.is_none();
+        Ok(Self {
+            scene,
+            scene_options,
+            output,
+            settings,
+            finds_resolution,
+            effort,
+            json,
+            quiet,
+            strict,
+        })
     }
 }

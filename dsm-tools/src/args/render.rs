@@ -39,7 +39,7 @@ pub(crate) struct RenderFlags {
     #[arg(value_parser = values::image_file([ImageFormat::Png, ImageFormat::Exr]))]
     output: ImageFile,
     /// The map of the light (.dsm): a deep one (filter), a layered one (trace,
-    /// pcf) [default: one of 512 × 512 pixels that is baked first: a deep one
+    /// pcf) [default: one that is baked first, as large as `bake` makes it: a deep one
     /// of 16 samples and within 0.01; for trace one of kind fragments, or
     /// with media in the scene or a --rule of kind mtsm]
     #[arg(long, value_name = "MAP.dsm", value_parser = values::dsm_file())]

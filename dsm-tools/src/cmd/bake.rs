@@ -24,12 +24,16 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
     let opened = started.elapsed();
     let mut warnings = Warnings::new(request.strict);
     warnings.extend(scene.warnings());
+    let mut settings = request.settings.clone();
+    if request.finds_resolution {
+        settings.resolution = settings.kind.resolution_for(&scene);
+    }
     let report = with_threads(request.effort.threads, || {
         let name = request.scene.to_string_lossy();
-        bake_scene(&scene, &name, request.settings.clone(), &request.output, request.quiet)
+        bake_scene(&scene, &name, settings.clone(), &request.output, request.quiet)
     })?;
-    warnings.extend(doubts(&scene, &request.settings, &report));
-    let stated = stated(&request.output, &request.settings)?;
+    warnings.extend(doubts(&scene, &settings, &report));
+    let stated = stated(&request.output, &settings)?;
     let details = Details {
         tolerance: report.tolerance,
         stated,
@@ -42,8 +46,8 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
         warnings: &warnings,
     };
     let Details { tolerance, samples, hits, cut_pixels, scene_s, bake_s, .. } = details;
-    let [width, height] = request.settings.resolution;
-    let [left, top, right, bottom] = request.settings.crop.unwrap_or([0, 0, width, height]);
+    let [width, height] = settings.resolution;
+    let [left, top, right, bottom] = settings.crop.unwrap_or([0, 0, width, height]);
     // 1 or 3.
     let channels = report.channels as u8;
     let mut cut = format!("{cut_pixels} pixels have more layers than --layers keeps");
@@ -54,7 +58,7 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
              too much, {mean:.4} in the mean over the map"
         );
     }
-    let tile = request.settings.tile_size;
+    let tile = settings.tile_size;
     let smaller = report.smaller_tiles.map(|size| {
         format!(
             "tiles of {size} × {size} pixels: readers would not accept what {tile} × {tile} hold"

@@ -270,7 +270,8 @@ impl RenderJob<'_> {
                     kind.name()
                 );
             }
-            return Ok(settings.with_kind(kind));
+            let found = deepshadow::Bake::new(kind.resolution_for(self.scene))?;
+            return Ok(found.with_kind(kind).with_seed(self.request.seed));
         };
         let settings = settings.with_samples(SAMPLES).with_tolerance(Tolerance::new(TOLERANCE)?);
         Ok(if filter.level == LevelChoice::FINEST {

@@ -1,6 +1,6 @@
 //! Layered maps: `bake --kind`, and what the other commands say of them.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
@@ -301,4 +301,35 @@ fn what_does_not_fit_together_is_refused() {
     let refused = run!("render", scene, "-o", image, "--method", "trace", "--map", deep);
     assert!(refused.refusal().contains("no layers"));
     assert!(run!("mip", map, "-o", deep).refusal().contains("kind \"mtsm\""));
+}
+
+#[test]
+fn the_resolution_of_fragments_follows_the_scene() {
+    let folder = Folder::new();
+    let (mesh, map) = (folder.path("card.obj"), folder.path("map.dsm"));
+    std::fs::write(&mesh, "v -1 0 -1\nv 1 0 -1\nv 0 0 1\nf 1 2 3\n").unwrap();
+    // A strand that is several pixels wide at 1024, and one that isn't.
+    let strand = |width: f32| {
+        let path = folder.path(&format!("strand {width}.usda"));
+        let text = format!(
+            "#usda 1.0\ndef BasisCurves \"a\" {{\n uniform token type = \"linear\"\n int[] \
+             curveVertexCounts = [3]\n point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 1)]\n \
+             float[] widths = [{width}, {width}, {width}]\n}}\n"
+        );
+        std::fs::write(&path, text).unwrap();
+        path
+    };
+    let sides = |scene: &Path| {
+        run!("bake", scene, "-o", map, "--kind", "fragments", "--coverage", "1", "--quiet")
+            .stdout();
+        let told = run!("inspect", map, "--json").json();
+        [&told["width"], &told["height"]].map(|side| side.as_u64().unwrap())
+    };
+    assert_eq!(sides(&mesh), [1024, 1024]);
+    assert_eq!(sides(&strand(0.02)), [512, 512]);
+    assert_eq!(sides(&strand(0.0002)), [1024, 1024]);
+    run!("bake", mesh, "-o", map, "--kind", "fragments", "--crop", "0,0,512,512")
+        .is_wrong_usage("needs a --resolution");
+    run!("bake", mesh, "-o", map, "--kind", "layers", "--quiet").stdout();
+    assert_eq!(run!("inspect", map, "--json").json()["width"], 512);
 }
