@@ -61,12 +61,10 @@ fn open_first(files: &[(&str, &[u8])]) -> bool {
 fn open<const N: usize>(names: [&str; N], files: &[(&str, &[u8])]) -> [bool; N] {
     // In memory where there is such a folder: files come by the thousand a second.
     let memory = Path::new("/dev/shm");
-    let folder = match tempfile::tempdir_in(memory) {
-        Ok(folder) => folder,
-        Err(_) => tempfile::tempdir().expect("a folder for the files"),
-    };
+    let folder = tempfile::tempdir_in(memory).or_else(|_| tempfile::tempdir());
+    let Ok(folder) = folder else { return [false; N] };
     for (name, bytes) in files {
-        fs::write(folder.path().join(name), bytes).expect("room for the files");
+        assert!(fs::write(folder.path().join(name), bytes).is_ok(), "no room for the files");
     }
     names.map(|name| {
         let scene = open_scene(&folder.path().join(name));
