@@ -9,7 +9,8 @@ HEAD = """# Soft shadows against other tracers
 
 Shadow factors that the program gives by default, beside those of tracers that have nothing to do with it: Embree
 3.13, all hits of every shadow ray, for surfaces and strands, and Mitsuba 3.9 (`volpath`) where there are media. Maps are
-baked (`bake --kind …`) and asked (`lookup`) without any other switch: 512 × 512 pixels, 256 rays a point.
+baked (`bake --kind …`) and asked (`lookup`) without any other switch: 512 × 512 pixels, of fragments 1024 × 1024 where
+strands are not wider than half a pixel of those, and 256 rays a point.
 
 Made by `python experiments/truth/truth.py --tools target/release/dsm-tools --page docs/results/truth.md --json
 docs/results/truth.json`; see [experiments/truth](../../experiments/truth/README.md). All rows are in
@@ -18,7 +19,7 @@ docs/results/truth.json`; see [experiments/truth](../../experiments/truth/README
 Receivers are drawn from the geometry itself, {count} of a kind: on the *ground*; beside surfaces by the cosine between
 the light's centre and the side they are on, above 0.2 (*lit side*), below −0.2 (*turned away*) or between (*grazing*);
 on the middle lines of *strands*; and *in media*. They stand 2⁻¹² of the scene's radius ({lift:.1e}, less than a
-twentieth of a map's pixel) off their surface, so that the side is known. The truth's rays start there;
+tenth of a map's pixel) off their surface, so that the side is known. The truth's rays start there;
 those of a point on a strand pass over its own segment and the two beside it. Kinds count alike in *all*.
 
 Numbers are RMSE over receivers and channels, with the tracers' own noise, known from two halves of their rays, taken

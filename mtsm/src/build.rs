@@ -5,7 +5,7 @@ use std::ops::{ControlFlow, Range};
 use std::sync::{Mutex, PoisonError};
 
 use dsm_core::detail::{Result, SampledPixel};
-use dsm_core::{Baker, Error, HitSource, Progress, Transmittance};
+use dsm_core::{Baker, Error, HitSource, Progress, SurfaceHit, Transmittance};
 use dsm_io::detail::RowOrder;
 use dsm_trace::detail::LightFrame;
 
@@ -70,6 +70,11 @@ pub struct BakedLayers<P> {
     pub hits: u64,
     /// Pixels of which layers were left out, because they had too many.
     pub cut_pixels: u64,
+    /// The most light that is too much behind the layers that are left of one of them, in
+    /// [0, 1].
+    pub most_gained: f64,
+    /// The same of all of them, added up.
+    pub sum_gained: f64,
 }
 
 impl<T: Transmittance, S: HitSource<T>> MultilayerBaker<T, S> {
@@ -162,13 +167,29 @@ impl<T: Transmittance, S: HitSource<T>> MultilayerBaker<T, S> {
             lists[y * width as usize + x] = start..surfaces.len();
         })?;
         let mut pixels = DepthLayers::clear(width, height, self.settings.max_layers);
-        let mut cut_pixels = 0;
+        let most = self.settings.max_layers as usize;
+        let (mut cut_pixels, mut most_gained, mut sum_gained) = (0, 0.0_f64, 0.0);
         for list in lists {
-            cut_pixels += u64::from(list.len() > self.settings.max_layers as usize);
+            if list.len() > most {
+                cut_pixels += 1;
+                let gained = stopped_behind(&mut surfaces[list.clone()], most);
+                most_gained = most_gained.max(gained);
+                sum_gained += gained;
+            }
             surfaces[list].iter().for_each(|&hit| pixels.insert(hit));
             pixels.finish_pixel()?;
         }
-        Ok(BakedLayers { tile, pixels, max_error: 0.0, mean_error: 0.0, hits, cut_pixels })
+        let (max_error, mean_error) = (0.0, 0.0);
+        Ok(BakedLayers {
+            tile,
+            pixels,
+            max_error,
+            mean_error,
+            hits,
+            cut_pixels,
+            most_gained,
+            sum_gained,
+        })
     }
 
     /// Bakes all tiles of a multilayer depth map, as [`Self::run`] does.
@@ -227,6 +248,18 @@ impl<T: Transmittance, S: HitSource<T>> MultilayerBaker<T, S> {
     }
 }
 
+/// How much of the light those of these surfaces stop that lie behind the nearest `kept`, in
+/// the channel where that is most. Sorts them.
+fn stopped_behind<T: Transmittance>(surfaces: &mut [SurfaceHit<T>], kept: usize) -> f64 {
+    surfaces.sort_by(|a, b| a.depth.total_cmp(&b.depth));
+    let passes = |some: &[SurfaceHit<T>], channel: usize| -> f64 {
+        some.iter().map(|hit| 1.0 - f64::from(hit.opacity.channel(channel))).product()
+    };
+    let (nearest, rest) = surfaces.split_at(kept);
+    let stopped = |channel| passes(nearest, channel) * (1.0 - passes(rest, channel));
+    (0..T::CHANNELS).map(stopped).fold(0.0, f64::max)
+}
+
 /// First pixel and size of a tile.
 pub(crate) fn tile_block(settings: &dsm_core::BakeSettings, tile: [u32; 2]) -> [[u32; 2]; 2] {
     let min = tile.map(|index| index.saturating_mul(settings.tile_size));
@@ -247,6 +280,8 @@ struct TileRuns<T: Transmittance> {
     max_error: f64,
     mean_errors: f64,
     cut_pixels: u64,
+    most_gained: f64,
+    sum_gained: f64,
 }
 
 impl<T: Transmittance> TileRuns<T> {
@@ -262,6 +297,8 @@ impl<T: Transmittance> TileRuns<T> {
             max_error: 0.0,
             mean_errors: 0.0,
             cut_pixels: 0,
+            most_gained: 0.0,
+            sum_gained: 0.0,
         }
     }
 
@@ -278,6 +315,8 @@ impl<T: Transmittance> TileRuns<T> {
         self.max_error = self.max_error.max(built.max_error);
         self.mean_errors += built.mean_error;
         self.cut_pixels += u64::from(built.is_cut);
+        self.most_gained = self.most_gained.max(built.gained);
+        self.sum_gained += built.gained;
     }
 
     fn finish(
@@ -300,6 +339,8 @@ impl<T: Transmittance> TileRuns<T> {
             mean_error: mean.min(self.max_error),
             hits,
             cut_pixels: self.cut_pixels,
+            most_gained: self.most_gained,
+            sum_gained: self.sum_gained,
         })
     }
 }

@@ -45,6 +45,9 @@ pub(crate) struct PixelRuns<'a, T> {
     pub(crate) mean_error: f64,
     /// Whether layers were left out because there were too many.
     pub(crate) is_cut: bool,
+    /// How much light those of the run that was cut would have stopped, of what arrives
+    /// where the run starts: the channel where that is most.
+    pub(crate) gained: f64,
 }
 
 impl<'a, T> PixelRuns<'a, T> {
@@ -91,7 +94,7 @@ impl<T: Transmittance> RunBuilder<T> {
         self.layers.clear();
         self.ends.clear();
         let (mut max_error, mut errors, mut falls) = (0.0_f64, 0.0, 0);
-        let mut is_cut = false;
+        let (mut is_cut, mut gained) = (false, 0.0);
         let mut start = (self.light_depth > 0.0).then_some(self.light_depth);
         for _ in 0..=self.resets {
             let first = self.layers.len();
@@ -106,7 +109,7 @@ impl<T: Transmittance> RunBuilder<T> {
             max_error = max_error.max(difference.max() + spent);
             errors += difference.mean() + spent;
             self.count(first);
-            is_cut = self.cut(first, &mut falls);
+            (is_cut, gained) = self.cut(first, &mut falls);
             if self.layers.len() > first {
                 self.ends.push(self.layers.len());
             }
@@ -116,7 +119,8 @@ impl<T: Transmittance> RunBuilder<T> {
             }
         }
         let mean_error = (errors / self.ends.len().max(1) as f64).min(max_error);
-        PixelRuns { layers: &self.layers, ends: &self.ends, max_error, mean_error, is_cut }
+        let (layers, ends) = (&self.layers, &self.ends);
+        PixelRuns { layers, ends, max_error, mean_error, is_cut, gained }
     }
 
     /// Makes the function of what lies behind `start`, up to where no light is
@@ -201,9 +205,12 @@ impl<T: Transmittance> RunBuilder<T> {
     }
 
     /// Leaves out the layers behind as many as a pixel may have; whether there
-    /// were any.
-    fn cut(&mut self, first: usize, falls: &mut u32) -> bool {
+    /// were any, and how much light they would have stopped.
+    fn cut(&mut self, first: usize, falls: &mut u32) -> (bool, f64) {
         let run = &self.layers[first..];
+        let left = |layer: Option<&Layer<T>>, channel: usize| {
+            layer.map_or(1.0, |layer| f64::from(layer.visibility.channel(channel)))
+        };
         for (index, pair) in run.windows(2).enumerate() {
             if pair[0].visibility == pair[1].visibility {
                 continue;
@@ -211,12 +218,15 @@ impl<T: Transmittance> RunBuilder<T> {
             if *falls == self.max_layers {
                 // Not even the first layer, which starts the run.
                 let kept = if index == 0 { 0 } else { index + 1 };
+                let stopped =
+                    |channel| left(run[..kept].last(), channel) - left(run.last(), channel);
+                let gained = (0..T::CHANNELS).map(stopped).fold(0.0, f64::max);
                 self.layers.truncate(first + kept);
-                return true;
+                return (true, gained);
             }
             *falls += 1;
         }
-        false
+        (false, 0.0)
     }
 
     /// How far the run is from the function that it stands for.

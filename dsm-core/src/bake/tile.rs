@@ -46,7 +46,8 @@ impl<T: Transmittance> BakedTile<T> {
         self.max_error
     }
 
-    /// The mean of the pixels' mean errors ([`VisibilityDifference::mean`]),
+    /// The mean of the pixels' mean errors
+    /// ([`VisibilityDifference::mean`](crate::visibility::difference::VisibilityDifference::mean)),
     /// measured the same way.
     #[must_use]
     pub const fn mean_error(&self) -> f64 {

@@ -75,6 +75,18 @@ impl<K: MapKind> KindWriter<K> {
         self.container.add_level(level)
     }
 
+    /// Sets the keys, of which some are known only when all tiles are.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::create`].
+    pub fn set_keys(&mut self, keys: &K::Keys) -> Result<()> {
+        K::check(&self.metadata, keys)?;
+        self.json = self.metadata.to_json_of::<K>(keys)?;
+        let limit = Limits::default().max_header_bytes;
+        check_limit("bytes of metadata", self.json.len() as u64, limit)
+    }
+
     /// The metadata that are written.
     #[must_use]
     pub const fn metadata(&self) -> &Metadata {

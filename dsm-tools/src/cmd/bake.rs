@@ -12,6 +12,7 @@ use deepshadow::{BakeReport, Kind, ShadowMap, bake};
 use serde::Serialize;
 
 use crate::args::Bake;
+use crate::output::limit;
 use crate::output::progress::Watch;
 use crate::output::stated::StatedReport;
 use crate::output::warnings::Warnings;
@@ -50,14 +51,7 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
     let [left, top, right, bottom] = settings.crop.unwrap_or([0, 0, width, height]);
     // 1 or 3.
     let channels = report.channels as u8;
-    let mut cut = format!("{cut_pixels} pixels have more layers than --layers keeps");
-    let [most, mean] = report.gained;
-    if most > 0.0 {
-        cut += &format!(
-            ": the last stands for the rest, and between them up to {most:.4} of the light is \
-             too much, {mean:.4} in the mean over the map"
-        );
-    }
+    let cut = limit::told(settings.kind.name(), cut_pixels, report.gained.map(f64::from));
     let tile = settings.tile_size;
     let smaller = report.smaller_tiles.map(|size| {
         format!(
@@ -71,7 +65,7 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
         channels,
         bytes: report.bytes,
         details,
-        notes: (cut_pixels > 0).then_some(cut).into_iter().chain(smaller).collect(),
+        notes: cut.into_iter().chain(smaller).collect(),
         summary: format!("{}, tolerance {tolerance}", channels_name(channels)),
         lines: [format!("{samples} samples met {hits} surfaces and stretches of media")]
             .into_iter()
@@ -121,8 +115,8 @@ struct Details<'a> {
     hits: u64,
     /// Pixels of a layered map with more layers than were kept.
     cut_pixels: u64,
-    /// The most light that they let through too much between the layers that became one,
-    /// and the mean over all pixels.
+    /// The most light that they let through too much between the layers that became one, or
+    /// behind those that are left, and the mean over all pixels.
     gained: [f32; 2],
     /// Seconds to open the scene.
     scene_s: f64,

@@ -22,7 +22,7 @@ use crate::args::{Method, Render};
 use crate::in_map::{InMap, Watched, is_empty, is_part};
 use crate::output::progress::Watch;
 use crate::output::warnings::Warnings;
-use crate::output::{picture, printable};
+use crate::output::{limit, picture, printable};
 use crate::parallel::with_threads;
 use crate::wide_light::{self, RESOLUTION};
 
@@ -48,6 +48,8 @@ struct Report<'a> {
     map_s: f64,
     render_s: f64,
     compare: Option<Difference>,
+    /// What the bound of the map's layers changed.
+    notes: Vec<String>,
     /// What the scene's files hold that was not understood, and what may not be meant.
     warnings: &'a Warnings,
 }
@@ -91,7 +93,7 @@ pub(crate) fn run(request: &Render) -> Result<()> {
         let traced = Arc::new(TracedScene::new(&scene)?);
         let job = RenderJob { request, scene: &scene, traced: &traced };
         let scene_s = started.elapsed().as_secs_f64();
-        let Rendered { image, biases, map_s, render_s } = job.run(&mut warnings)?;
+        let Rendered { image, biases, notes, map_s, render_s } = job.run(&mut warnings)?;
         let compare = match &request.compare {
             Some(path) => {
                 let other = picture::read_exr(path, image.size())?;
@@ -113,6 +115,7 @@ pub(crate) fn run(request: &Render) -> Result<()> {
             map_s,
             render_s,
             compare,
+            notes,
             warnings: &warnings,
         };
         print(request, &report)?;
@@ -152,6 +155,7 @@ fn print(request: &Render, report: &Report<'_>) -> Result<()> {
             if let Some(BiasReport { rule, min, mean, max }) = report.bias {
                 lines += &format!("  bias {rule}: {min:.3e} to {max:.3e}, mean {mean:.3e}\n");
             }
+            lines.extend(report.notes.iter().map(|note| format!("  {note}\n")));
         }
         if let Some(Difference { mean, standard_deviation, mean_absolute, rmse, max }) =
             &report.compare
@@ -169,6 +173,7 @@ fn print(request: &Render, report: &Report<'_>) -> Result<()> {
 struct Rendered {
     image: Image,
     biases: Option<(Bias, BiasSummary)>,
+    notes: Vec<String>,
     map_s: f64,
     render_s: f64,
 }
@@ -184,7 +189,7 @@ impl RenderJob<'_> {
     fn run(&self, warnings: &mut Warnings) -> Result<Rendered> {
         let started = Instant::now();
         // The folder goes when the picture is done.
-        let (mut folder, mut bias) = (None, None);
+        let (mut folder, mut bias, mut notes) = (None, None, Vec::new());
         // Of a map that was given: one that is baked shows what its light sees.
         let mut seen = InMap::new(None);
         let shadow = match &self.request.method {
@@ -207,6 +212,7 @@ impl RenderJob<'_> {
                 if let MapMethod::Filter(_) = method {
                     warnings.extend(wide_light::of_scene(self.scene, method.name()));
                 }
+                notes.extend(limit::of_map(&map)?);
                 map.shadow(&query)?
             }
             &Method::Plain { taps, width, bias: given } => {
@@ -226,7 +232,7 @@ impl RenderJob<'_> {
             warnings.add("the picture shows nothing that light could reach");
         }
         let biases = bias.and_then(|bias| Some((bias, shadow.statistics().biases?)));
-        Ok(Rendered { image, biases, map_s, render_s })
+        Ok(Rendered { image, biases, notes, map_s, render_s })
     }
 
     /// What a map that was given is not of the scene.

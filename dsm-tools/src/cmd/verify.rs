@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use crate::args::Verify;
 use crate::in_map::{is_empty, is_part};
+use crate::output::limit;
 use crate::output::progress::Watch;
 use crate::output::stated::StatedReport;
 use crate::output::warnings::Warnings;
@@ -30,6 +31,8 @@ struct FileOutcome {
     errors: Vec<String>,
     /// What its levels state, the finest first; empty unless the map is sound.
     stated: Vec<StatedReport>,
+    /// What its bound of layers changed.
+    notes: Vec<String>,
     #[serde(skip)]
     is_empty: bool,
 }
@@ -80,6 +83,7 @@ fn open_and_check(path: &Path, request: &Verify) -> deepshadow::detail::Result<F
     let mut found = FileOutcome { errors, ..FileOutcome::default() };
     if found.errors.is_empty() {
         found.stated = map.stated_errors()?.into_iter().map(StatedReport::from).collect();
+        found.notes.extend(limit::of_map(&map)?);
         found.is_empty = is_empty(&map)? && !is_part(&map);
     }
     Ok(found)
@@ -107,7 +111,7 @@ fn whole_message(error: impl Into<anyhow::Error>) -> String {
 
 impl Outcome {
     fn write_text(&self, output: &mut impl Write) -> io::Result<()> {
-        for FileOutcome { path, errors, stated, .. } in &self.files {
+        for FileOutcome { path, errors, stated, notes, .. } in &self.files {
             match errors.len() {
                 0 => writeln!(output, "{path}: ok")?,
                 1 => writeln!(output, "{path}: 1 error")?,
@@ -116,8 +120,9 @@ impl Outcome {
             for error in errors {
                 writeln!(output, "  {error}")?;
             }
-            if let Some(moved) = stated.first().and_then(StatedReport::about_depths) {
-                writeln!(output, "  {moved}")?;
+            let moved = stated.first().and_then(StatedReport::about_depths);
+            for line in moved.iter().chain(notes) {
+                writeln!(output, "  {line}")?;
             }
         }
         Ok(())

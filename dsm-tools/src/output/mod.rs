@@ -1,6 +1,7 @@
 //! What the commands write.
 
 pub(crate) mod light;
+pub(crate) mod limit;
 pub(crate) mod picture;
 pub(crate) mod plot;
 pub(crate) mod progress;

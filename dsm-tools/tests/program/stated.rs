@@ -78,3 +78,71 @@ fn exact_depths_are_not_spoken_of() {
     run!("bake", "a.obj", "-o", map, "--kind", "mtsm", "--depth-error", "0.1")
         .is_wrong_usage("--depth-error is for maps of kind deep");
 }
+
+/// Eight panes that let half the light through, over a floor, under a point light.
+fn panes(folder: &Folder) -> std::path::PathBuf {
+    folder.write("pane.obj", "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nf 1 2 3 4\n");
+    let mut scene = "[camera]\neye = [0, 4, 6]\ntarget = [0, 0, 0]\nresolution = [8, 6]\n\
+        [light]\neye = [0, 5, 0]\ntarget = [0, 0, 0]\nup = [0, 0, 1]\n"
+        .to_owned();
+    for index in 1..=8 {
+        scene += &format!(
+            "[[object]]\nmesh = \"pane.obj\"\nopacity = 0.5\n\
+             transform = {{ translate = [0, {}, 0] }}\n",
+            0.25 * f64::from(index)
+        );
+    }
+    folder.write("panes.toml", scene)
+}
+
+#[test]
+fn light_that_a_bound_of_layers_lets_through_is_stated_wherever_the_map_is_read() {
+    let folder = Folder::new();
+    let (scene, map) = (panes(&folder), folder.path("map.dsm"));
+    let (point, picture) = (folder.write("p.csv", "x,y,z\n0,0.1,0\n"), folder.path("p.png"));
+    for (kind, key, most) in [
+        // The last three stand for six: between them only the light of the first is right.
+        ("fragments", "folded", 0.25 - 0.5_f64.powi(7)),
+        ("layers", "left_out", 0.125 - 0.5_f64.powi(8)),
+        ("mtsm", "left_out", 0.125 - 0.5_f64.powi(8)),
+    ] {
+        let base = ["bake", scene.to_str().unwrap(), "-o", map.to_str().unwrap(), "--kind", kind];
+        let more = ["--resolution", "32", "--layers", "3", "--json"];
+        let told = run::run(base.iter().chain(&more)).json();
+        let gained = told["gained"][0].as_f64().unwrap();
+        // A compressed run is off by its tolerance.
+        assert!((gained - most).abs() < if kind == "mtsm" { 0.02 } else { 1e-6 }, "{told}");
+        let mean = told["gained"][1].as_f64().unwrap();
+        assert!(0.0 < mean && mean < gained, "{told}");
+        let note = told["notes"][0].as_str().unwrap();
+        assert!(note.contains(&format!("up to {gained:.4} of the light is too much")), "{note}");
+
+        let stated = &run!("inspect", map, "--json").json()[key];
+        assert_eq!((&stated["pixels"], &stated["max"]), (&told["cut_pixels"], &told["gained"][0]));
+        assert!(run!("verify", map).stdout().contains(note), "{note}");
+        assert_eq!(run!("verify", map, "--json").json()["files"][0]["notes"][0], note);
+        let render = |more: &[&str]| {
+            let base = ["render", scene.to_str().unwrap(), "-o", picture.to_str().unwrap()];
+            let map = ["--method", "trace", "--map", map.to_str().unwrap()];
+            run::run(base.iter().chain(&map).chain(more)).stdout()
+        };
+        assert!(render(&[]).contains(note), "{note}");
+        let document: Value = serde_json::from_str(&render(&["--json"])).unwrap();
+        assert_eq!(document["notes"][0], note);
+
+        // What is stated is what comes through too much.
+        if kind != "fragments" {
+            let found: f64 =
+                run!("lookup", map, "--points", point).stdout()[2..].trim().parse().unwrap();
+            assert!((found - 0.5_f64.powi(8) - gained).abs() < 0.02, "{kind}: {found} {gained}");
+        }
+
+        let whole = run::run(base.iter().chain(&["--resolution", "32", "--json"])).json();
+        assert_eq!((&whole["cut_pixels"], &whole["gained"][0]), (&0.into(), &0.0.into()));
+        assert!(run!("inspect", map, "--json").json().get(key).is_none());
+        assert_eq!(
+            run!("verify", map, "--json").json()["files"][0]["notes"],
+            serde_json::json!([])
+        );
+    }
+}

@@ -20,7 +20,7 @@ fn whole_maps_pass() {
     let stated = json!([
         {"max_error": 0.01, "mean_error": 0.0, "depth_error": 0.0, "error_at_depth": 0.01}
     ]);
-    let file = |path: &Path| json!({"path": path, "ok": true, "errors": [], "stated": stated});
+    let file = |path: &Path| json!({"path": path, "ok": true, "errors": [], "stated": stated, "notes": []});
     let files = [file(&mono), file(&rgb)];
     assert_eq!(told, json!({"ok": true, "files": files, "warnings": []}));
     let text = run!("verify", mono).stdout();

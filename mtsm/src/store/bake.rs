@@ -6,8 +6,9 @@ use std::path::Path;
 use dsm_core::{BakeSettings, HitSource, Progress, Tolerance, Transmittance};
 use dsm_io::detail::{BakeReport, EncodedTile, KindWriter, MapKind, Result, TileId};
 use dsm_io::{AchievedError, Codec, Error, Metadata, Packing, WriteOptions};
+use dsm_trace::detail::Layering;
 
-use super::keys::LayeredKeys;
+use super::keys::{LayeredKeys, LeftOut};
 use super::layers::Layers;
 use super::mtsm::Mtsm;
 use crate::build::{BakedLayers, MultilayerBaker};
@@ -74,6 +75,8 @@ struct BakedTile {
     error: AchievedError,
     hits: u64,
     cut_pixels: u64,
+    most_gained: f64,
+    sum_gained: f64,
 }
 
 impl BakedTile {
@@ -81,17 +84,21 @@ impl BakedTile {
         baked: BakedLayers<K::Tile<T>>,
         packing: Packing,
     ) -> Result<Self> {
-        let BakedLayers { tile, pixels, max_error, mean_error, hits, cut_pixels } = baked;
+        let BakedLayers { tile, pixels, max_error, mean_error, hits, cut_pixels, .. } = baked;
+        let BakedLayers { most_gained, sum_gained, .. } = baked;
         let encoded = K::encode(&pixels, Codec::Exact, packing)?;
         let error = AchievedError::enclosing(max_error, mean_error);
-        Ok(Self { tile, encoded, error, hits, cut_pixels })
+        Ok(Self { tile, encoded, error, hits, cut_pixels, most_gained, sum_gained })
     }
 }
 
 /// A file that a bake writes into.
 struct OpenBake<K: MapKind> {
     writer: KindWriter<K>,
+    layering: Layering,
     report: BakeReport,
+    most_gained: f64,
+    sum_gained: f64,
 }
 
 impl<K: MapKind<Keys = LayeredKeys>> OpenBake<K> {
@@ -110,18 +117,37 @@ impl<K: MapKind<Keys = LayeredKeys>> OpenBake<K> {
         describe(&mut metadata);
         let options = WriteOptions::default().with_tile_size(settings.tile_size);
         let writer = KindWriter::create(output, metadata, &info.layering.into(), options)?;
-        Ok(Self { writer, report: BakeReport::default() })
+        let (layering, report) = (info.layering, BakeReport::default());
+        Ok(Self { writer, layering, report, most_gained: 0.0, sum_gained: 0.0 })
     }
 
     fn write(&mut self, tile: BakedTile) -> Result<()> {
         self.report.hits += tile.hits;
         self.report.cut_pixels += tile.cut_pixels;
+        self.most_gained = self.most_gained.max(tile.most_gained);
+        self.sum_gained += tile.sum_gained;
         let id = TileId::new(0, tile.tile[0], tile.tile[1]);
         self.writer.write_encoded(id, &tile.encoded, tile.error)
     }
 
+    /// Says what the bound of layers left out, if anything.
+    fn tell_left_out(&mut self) -> Result<()> {
+        let pixels = self.writer.levels()[0].pixel_count();
+        let mean = self.sum_gained / pixels as f64;
+        self.report.gained = [self.most_gained as f32, mean as f32];
+        let [max, mean] = self.report.gained;
+        let pixels = self.report.cut_pixels;
+        if pixels == 0 {
+            return Ok(());
+        }
+        let left_out = Some(LeftOut { pixels, max, mean });
+        let mut keys = LayeredKeys::from(self.layering);
+        keys.left_out = left_out;
+        self.writer.set_keys(&keys)
+    }
+
     fn finish<E>(
-        self,
+        mut self,
         outcome: std::result::Result<ControlFlow<()>, Failed<E>>,
     ) -> Result<BakeReport>
     where
@@ -129,6 +155,7 @@ impl<K: MapKind<Keys = LayeredKeys>> OpenBake<K> {
     {
         match outcome {
             Ok(ControlFlow::Continue(())) => {
+                self.tell_left_out()?;
                 Ok(BakeReport { bytes: self.writer.finish()?, ..self.report })
             }
             Ok(ControlFlow::Break(())) => Err(Error::Interrupted),

@@ -11,14 +11,28 @@ use serde::{Deserialize, Serialize};
 pub struct LayeredKeys {
     /// The choice of the layers.
     pub layering: Layering,
+    /// What the bound of layers left out; None for nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub left_out: Option<LeftOut>,
     /// Of fragments only, which other readers would take for layers.
     #[serde(default, skip_serializing)]
     coverage: Option<IgnoredAny>,
 }
 
+/// What a bound of layers a pixel left out: those behind the nearest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LeftOut {
+    /// Pixels with more layers.
+    pub pixels: u64,
+    /// The most light that any pixel lets through too much behind its layers, in [0, 1].
+    pub max: f32,
+    /// The same in the mean over all pixels.
+    pub mean: f32,
+}
+
 impl From<Layering> for LayeredKeys {
     fn from(layering: Layering) -> Self {
-        Self { layering, coverage: None }
+        Self { layering, left_out: None, coverage: None }
     }
 }
 

@@ -171,7 +171,11 @@ fn layers_above_the_most_are_left_out() {
         let baker = MultilayerBaker::<f32, _>::new(pixel.clone(), settings).unwrap();
         let expected: Vec<f32> = sheets.iter().map(|sheet| sheet.0).take(most as usize).collect();
         assert_eq!(falling(&baker.map().unwrap()), expected);
-        assert_eq!(baker.tile([0, 0]).unwrap().cut_pixels, u64::from(most < 6));
+        let tile = baker.tile([0, 0]).unwrap();
+        assert_eq!(tile.cut_pixels, u64::from(most < 6));
+        // What is left behind the last layer of the run, less what the whole run leaves.
+        let gained = [0.5, 0.25, 0.875, 0.375, 0.125, 0.0, 0.0, 0.0][most as usize - 1];
+        assert_eq!([tile.most_gained, tile.sum_gained], [gained; 2], "{most}");
     }
 }
 
