@@ -76,6 +76,30 @@ impl Kind {
         }
     }
 
+    /// True of kinds whose pixels hold layers for area lights, as a ray through their
+    /// middle at mid-shutter meets them; false of those that are filtered.
+    #[must_use]
+    pub const fn is_layered(self) -> bool {
+        !matches!(self.0, KindId::Deep)
+    }
+
+    /// True of kinds with planes: they have far tables, and what a bound of layers cuts is
+    /// one with the last that is kept.
+    #[must_use]
+    pub const fn has_planes(self) -> bool {
+        matches!(self.0, KindId::Fragments)
+    }
+
+    /// The width and height in pixels of a map that is baked where none are told; `None`
+    /// where that follows the scene ([`Self::resolution_for`]).
+    #[must_use]
+    pub const fn resolution(self) -> Option<[u32; 2]> {
+        match self.0 {
+            KindId::Deep | KindId::Layers | KindId::Mtsm => Some([512; 2]),
+            KindId::Fragments => None,
+        }
+    }
+
     /// The width and height in pixels that suit a map of a scene: 512; of fragments 1024,
     /// as receivers lie next to what they show, unless a pixel where the scene is nearest
     /// to the light would be narrower than two of its finest strands: parts of a strand
@@ -92,16 +116,11 @@ impl Kind {
     #[must_use]
     pub fn resolution_for(self, scene: &Scene) -> [u32; 2] {
         let (coarse, fine) = ([512; 2], [1024; 2]);
-        match self.0 {
-            KindId::Deep | KindId::Layers | KindId::Mtsm => coarse,
-            KindId::Fragments => {
-                let pixel = scene.pixel_size(fine);
-                let is_narrow = pixel
-                    .zip(scene.finest_strand())
-                    .is_some_and(|(pixel, strand)| pixel < 2.0 * strand);
-                if is_narrow { coarse } else { fine }
-            }
-        }
+        self.resolution().unwrap_or_else(|| {
+            let pixel = scene.pixel_size(fine);
+            let is_narrow = |(pixel, strand)| pixel < 2.0 * strand;
+            if pixel.zip(scene.finest_strand()).is_some_and(is_narrow) { coarse } else { fine }
+        })
     }
 
     pub(crate) const fn id(self) -> KindId {

@@ -183,11 +183,13 @@ impl TryFrom<BakeFlags> for Bake {
     type Error = String;
 
     fn try_from(flags: BakeFlags) -> Result<Self, String> {
-        // Until the scene is there, that of most kinds.
-        let resolution = flags.resolution.unwrap_or([512; 2]);
+        let told = flags.resolution.or(flags.kind.resolution());
+        // Until the scene is there, any.
+        let resolution = told.unwrap_or([512; 2]);
         if let Some(crop) = flags.crop {
-            if flags.resolution.is_none() && flags.kind == Kind::FRAGMENTS {
-                return Err("--crop of kind fragments needs a --resolution".to_owned());
+            if told.is_none() {
+                let kind = flags.kind.name();
+                return Err(format!("--crop of kind {kind} needs a --resolution"));
             }
             check_crop(crop, resolution, flags.tile)?;
         }
@@ -221,7 +223,7 @@ impl TryFrom<BakeFlags> for Bake {
         let BakeFlags { scene, grid, output, effort, json, quiet, strictness, .. } = flags;
         let Strictness { strict } = strictness;
         let scene_options = values::scene_options(grid);
-        let finds_resolution = flags.resolution.is_none();
+        let finds_resolution = told.is_none();
         Ok(Self {
             scene,
             scene_options,

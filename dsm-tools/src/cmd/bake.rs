@@ -8,7 +8,7 @@ use deepshadow::files::Attribute;
 use deepshadow::scene::Scene;
 use deepshadow::scene::detail::open_scene_with;
 use deepshadow::visibility::Progress;
-use deepshadow::{BakeReport, Kind, ShadowMap, bake};
+use deepshadow::{BakeReport, ShadowMap, bake};
 use serde::Serialize;
 
 use crate::args::Bake;
@@ -51,7 +51,7 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
     let [left, top, right, bottom] = settings.crop.unwrap_or([0, 0, width, height]);
     // 1 or 3.
     let channels = report.channels as u8;
-    let cut = limit::told(settings.kind.name(), cut_pixels, report.gained.map(f64::from));
+    let cut = limit::told(settings.kind, cut_pixels, report.gained.map(f64::from));
     let tile = settings.tile_size;
     let smaller = report.smaller_tiles.map(|size| {
         format!(
@@ -88,7 +88,7 @@ pub(crate) fn doubts(
     if report.hits == 0 && settings.crop.is_none() {
         doubts.push("no sample met anything: the map is lit everywhere".to_owned());
     }
-    if settings.kind != Kind::DEEP && scene.is_moving() && settings.samples.unwrap_or(1) == 1 {
+    if settings.kind.is_layered() && scene.is_moving() && settings.samples.unwrap_or(1) == 1 {
         let kind = settings.kind.name();
         doubts.push(format!("what moves is in a map of kind {kind} as it is at mid-shutter"));
     }
@@ -97,7 +97,7 @@ pub(crate) fn doubts(
 
 /// What the map states of level 0, of kinds that state an error.
 fn stated(path: &Path, settings: &deepshadow::Bake) -> Result<Option<StatedReport>> {
-    if settings.kind != Kind::DEEP {
+    if settings.kind.is_layered() {
         return Ok(None);
     }
     let stated = ShadowMap::open(path)?.stated_errors()?;

@@ -269,7 +269,7 @@ impl RenderJob<'_> {
         let MapMethod::Filter(filter) = method else {
             let kind = Kind::for_area_lights(self.scene.has_media(), &method);
             if matches!(method, MapMethod::Trace(trace) if trace.far_table.is_some())
-                && kind != Kind::FRAGMENTS
+                && !kind.has_planes()
             {
                 bail!(
                     "--far-table is for maps of kind fragments; this picture needs kind {}",
