@@ -8,10 +8,14 @@ use super::near_planes::{CELL, Candidate, MOST_NEAR, NearPlane, Nearest, cells_a
 use super::packed::PackedFragments;
 
 /// The cosine below which planes are seen from their edge: others that no sample met may
-/// lie between what a cell shows of them.
+/// lie between what a cell shows of them. Fitted: receivers that graze a knot of 19,200
+/// triangles, at 512 × 512 pixels, are too dark by 0.019 in the mean without it, and by
+/// 0.0003 with it.
 const EDGE_ON: f32 = 0.1;
 
-/// How far a plane may be from a receiver, in sides of a pixel, that others end at.
+/// How far a plane may be from a receiver, in sides of a pixel, that others end at: the
+/// far side of a body that is seen from its edge lies a part of a pixel behind. Fitted on
+/// the same receivers: 0.030 too dark in the mean with a cell, 0.019 with this.
 const MEETING: f32 = 0.5;
 
 /// How much the planes of one surface may turn from cell to cell: one less the cosine.
