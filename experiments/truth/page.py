@@ -24,8 +24,8 @@ those of a point on a strand pass over its own segment and the two beside it. Ki
 
 Numbers are RMSE over receivers and channels, with the tracers' own noise, known from two halves of their rays, taken
 off; in brackets the mean difference, too light above 0. Asked are at most {over_all} over all, {kind} of a kind, and a
-mean within {mean}: what is above is **bold**. {met} of the {of} numbers of maps traced by default (fragments; where
-there are media, `mtsm`) are within them.
+mean within {mean}: what is above is **bold**. {met} of the {of} numbers of maps traced by default (fragments)
+are within them.
 """
 
 

@@ -13,11 +13,15 @@ pub mod plain;
 pub mod detail {
     pub use crate::{
         fragments::{
+            bake::bake_fragments,
             builder::{FragmentBuilder, FragmentCounts},
             columns::FragmentColumns,
             fragment::Fragment,
+            keys::{Folded, FragmentKeys, MediaKeys},
             map::FragmentMap,
-            store::{Folded, FragmentKeys, FragmentTile, Fragments, bake_fragments},
+            media::columns::MediaColumns,
+            store::Fragments,
+            tile::FragmentTile,
             tracer::{FragmentTracer, TraceScratch},
         },
         plain::{blocking::Blocking, shadow::PercentageCloserShadow},

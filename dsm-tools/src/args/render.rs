@@ -41,7 +41,7 @@ pub(crate) struct RenderFlags {
     /// The map of the light (.dsm): a deep one (filter), a layered one (trace,
     /// pcf) [default: one that is baked first, as large as `bake` makes it: a deep one
     /// of 16 samples and within 0.01; for trace one of kind fragments, or
-    /// with media in the scene or a --rule of kind mtsm]
+    /// with a --rule of kind mtsm]
     #[arg(long, value_name = "MAP.dsm", value_parser = values::dsm_file())]
     map: Option<PathBuf>,
     /// The source of shadows: filtered lookups in the deep map; shadow rays

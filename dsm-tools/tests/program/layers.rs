@@ -175,7 +175,7 @@ fn the_far_table_is_a_switch_of_traced_fragments() {
         assert!(refused.refusal().contains("--far-table is for maps of kind fragments"));
     }
     let call = ["render", "builtin:smoke", "-o", picture.to_str().unwrap()];
-    let refused = crate::run::run(call.iter().chain(&trace).chain(&["auto"]));
+    let refused = crate::run::run(call.iter().chain(&trace).chain(&["auto", "--rule", "ratio"]));
     assert!(refused.refusal().contains("this picture needs kind mtsm"));
 }
 

@@ -10,7 +10,7 @@ use mtsm::MultilayerMap;
 use mtsm::detail::{Layers, Mtsm, MultilayerDepthMap, bake_mtsm};
 use shadow_maps::detail::{FragmentMap, FragmentTracer, Fragments};
 
-use crate::examples::{KINDS, baker, file, fragment_map, open, read};
+use crate::examples::{FOGGY, KINDS, baker, file, foggy_map, fragment_map, open, read};
 
 const PACKINGS: [Packing; 2] = [Packing::Plain, Packing::Zstd];
 
@@ -50,14 +50,22 @@ fn check<T: Transmittance>() {
     }
 }
 
-fn check_fragments<T: Transmittance>() {
-    let map = fragment_map::<T>();
+fn check_fragments<T: Transmittance>(name: &str, map: &FragmentMap<T>) {
     assert!(map.len() > 30);
     for packing in PACKINGS {
-        let reader = read::<Fragments>(file::<T>(Fragments::NAME, packing)).unwrap();
-        assert_eq!(FragmentMap::<T>::read(&reader).unwrap(), map);
+        let reader = read::<Fragments>(file::<T>(name, packing)).unwrap();
+        assert_eq!(&FragmentMap::<T>::read(&reader).unwrap(), map);
         assert!(reader.verify().is_empty());
-        assert_eq!(reader.summary().unwrap().count("fragments"), Some(map.len() as u64));
+        let summary = reader.summary().unwrap();
+        assert_eq!(summary.count("fragments"), Some(map.len() as u64));
+        let foggy = map.media().map(|media| {
+            let lists = media.offsets.windows(2).map(|pair| u64::from(pair[1] - pair[0]));
+            lists
+                .filter(|&count| count > 0)
+                .fold([0, 0], |[pixels, slabs], count| [pixels + 1, slabs + count - 1])
+        });
+        let counts = ["pixels_with_media", "slabs"].map(|name| summary.count(name));
+        assert_eq!(counts, [0, 1].map(|at| foggy.map(|both| both[at])));
         // Traced from the file's tiles, or from the map.
         let light = AreaLight::rectangle(DVec3::ZERO, DVec3::X * 0.2, DVec3::Y * 0.2);
         let tracers =
@@ -86,8 +94,11 @@ fn check_fragments<T: Transmittance>() {
 
 #[test]
 fn fragments_come_back() {
-    check_fragments::<f32>();
-    check_fragments::<Rgb>();
+    check_fragments::<f32>(Fragments::NAME, &fragment_map());
+    check_fragments::<Rgb>(Fragments::NAME, &fragment_map());
+    assert!(foggy_map::<f32>().media().is_some_and(|media| media.depths.len() > 40));
+    check_fragments::<f32>(FOGGY, &foggy_map());
+    check_fragments::<Rgb>(FOGGY, &foggy_map());
 }
 
 #[test]
