@@ -87,6 +87,7 @@ impl<K: MapKind> KindReader<K> {
         let stated = Metadata::from_json_of_any_kind(json)?;
         let keys: K::Keys = serde_json::from_slice(json).map_err(Error::Json)?;
         K::check(&stated, &keys)?;
+        K::check_levels(container.levels(), &keys)?;
         let refuse = |reason: &str| Err(Error::invalid(Place::Level(0), reason.to_owned()));
         let crop = match Crop::of_level(container.level(0)?, [stated.width, stated.height]) {
             Ok(crop) => crop,

@@ -24,7 +24,7 @@ mod large_pages;
 pub(crate) mod map;
 mod near_planes;
 #[cfg(test)]
-mod oracle;
+pub(crate) mod oracle;
 mod packed;
 mod packet;
 mod range_tree;

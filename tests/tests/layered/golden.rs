@@ -8,7 +8,10 @@ use dsm_io::{AchievedError, Limits, Metadata, Packing, WriteOptions};
 use dsm_tests::golden;
 use dsm_trace::detail::Layering;
 use mtsm::detail::{DepthLayers, Layer, LayeredPixels, LayeredPixelsBuilder, Layers, Mtsm};
-use shadow_maps::detail::{Fragment, FragmentColumns, FragmentKeys, FragmentTile, Fragments};
+use shadow_maps::detail::{
+    Accumulate, Epsilon, Filtering, Fragment, FragmentColumns, FragmentKeys, FragmentLists,
+    FragmentTile, Fragments, MergedDepth, Prefiltered, PrefilteredKeys, PrefilteredTile,
+};
 
 /// Of level 0, in tiles of 8 × 8: the second row of tiles is one pixel high.
 const SIZE: [u32; 2] = [12, 9];
@@ -21,6 +24,16 @@ trait Golden: MapKind {
 
     /// What the file says that it keeps.
     const TOLERANCE: f32 = 0.0;
+
+    /// Levels besides the first.
+    fn levels() -> Vec<Level> {
+        let level = |view, number, size: [u32; 2]| Level {
+            view,
+            number,
+            ..Level::new(size[0], size[1], 8, Self::TOLERANCE)
+        };
+        vec![level(0, 1, [6, 5]), level(1, 0, [4, 10])]
+    }
 
     /// The tile over these pixels of a level.
     fn tile<T: Transmittance>(level: u32, rect: TileRect) -> Self::Tile<T>;
@@ -145,6 +158,52 @@ impl Golden for Fragments {
     }
 }
 
+impl Golden for Prefiltered {
+    fn keys() -> Self::Keys {
+        let filtering = Filtering {
+            stack_from: Some(1),
+            subsampled: 0,
+            joined: false,
+            epsilon: Epsilon::Widths(2.0),
+            accumulate: Accumulate::Add,
+            depth: MergedDepth::Mean,
+        };
+        let layering = Layering { resets: 0, ..LAYERING };
+        PrefilteredKeys { layering, filtering, left_out: None }
+    }
+
+    /// A MIP level, and a stack whose second level reaches out of the map.
+    fn levels() -> Vec<Level> {
+        let level = |number, size: [u32; 2], origin: i32| Level {
+            number,
+            x: origin,
+            y: origin,
+            ..Level::new(size[0], size[1], 8, 0.0)
+        };
+        vec![level(1, [6, 5], 0), level(2, [7, 6], 0), level(3, [9, 8], -1), level(4, [7, 6], 0)]
+    }
+
+    fn tile<T: Transmittance>(level: u32, rect: TileRect) -> PrefilteredTile<T> {
+        let mut lists = FragmentLists::new([rect.width, rect.height]);
+        for [x, y] in places(rect) {
+            for layer in 0..(2 * x + y + level) % 4 {
+                let w = 2.0 / (2.0 + layer as f32 + x as f32 / 16.0);
+                lists.push(w, halves((layer + 1 + level % 2) as f32 / 8.0));
+            }
+            lists.finish_texel().unwrap();
+        }
+        PrefilteredTile::new(lists)
+    }
+
+    fn assert_same<T: Transmittance>(
+        found: &PrefilteredTile<T>,
+        expected: &PrefilteredTile<T>,
+        name: &str,
+    ) {
+        assert_eq!(found, expected, "{name}");
+    }
+}
+
 /// A whole file: of these levels, or of level 0 alone.
 fn write<K: Golden, T: Transmittance>(packing: Packing, levels: &[Level]) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
@@ -196,13 +255,7 @@ fn every_file<K: Golden>() {
         check::<K, f32>(&format!("{}_{of}_mono", K::NAME), packing, &[]);
         check::<K, Rgb>(&format!("{}_{of}_rgb", K::NAME), packing, &[]);
     }
-    let level = |view, number, size: [u32; 2]| Level {
-        view,
-        number,
-        ..Level::new(size[0], size[1], 8, K::TOLERANCE)
-    };
-    let levels = [level(0, 1, [6, 5]), level(1, 0, [4, 10])];
-    check::<K, f32>(&format!("{}_levels", K::NAME), Packing::Plain, &levels);
+    check::<K, f32>(&format!("{}_levels", K::NAME), Packing::Plain, &K::levels());
 }
 
 #[test]
@@ -213,6 +266,11 @@ fn multilayer_maps_of_version_1() {
 #[test]
 fn multilayer_depth_maps_of_version_1() {
     every_file::<Layers>();
+}
+
+#[test]
+fn prefiltered_maps_of_version_1() {
+    every_file::<Prefiltered>();
 }
 
 #[test]
