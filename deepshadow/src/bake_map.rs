@@ -64,6 +64,11 @@ impl Bake {
     /// [`Error::Unsupported`] with what the kind does
     /// not have.
     pub fn check(&self) -> Result<()> {
-        implementation(self.kind).check(self)
+        let kind = implementation(self.kind);
+        if self.filtering.is_some() && !kind.is_filtered() {
+            let reason = "ε, levels and accumulation are for maps of kind prefiltered";
+            return Err(Error::Unsupported(reason.to_owned()));
+        }
+        kind.check(self)
     }
 }

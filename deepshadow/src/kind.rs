@@ -25,6 +25,7 @@ pub(crate) enum KindId {
     Fragments,
     Layers,
     Mtsm,
+    Prefiltered,
 }
 
 impl Kind {
@@ -43,8 +44,13 @@ impl Kind {
     /// (Xie et al. 2007, §5).
     pub const MTSM: Self = Self(KindId::Mtsm);
 
+    /// Prefiltered maps: fragments a texel, merged by wider and wider filters, whose soft
+    /// shadows are looked up (Selgrad et al. 2014).
+    pub const PREFILTERED: Self = Self(KindId::Prefiltered);
+
     /// All kinds.
-    pub const ALL: &[Self] = &[Self::DEEP, Self::FRAGMENTS, Self::LAYERS, Self::MTSM];
+    pub const ALL: &[Self] =
+        &[Self::DEEP, Self::FRAGMENTS, Self::LAYERS, Self::MTSM, Self::PREFILTERED];
 
     /// The kind of this name, if there is one.
     #[must_use]
@@ -60,6 +66,7 @@ impl Kind {
             KindId::Fragments => "fragments",
             KindId::Layers => "layers",
             KindId::Mtsm => "mtsm",
+            KindId::Prefiltered => "prefiltered",
         }
     }
 
@@ -72,6 +79,10 @@ impl Kind {
             KindId::Layers => "Multilayer depth maps: the first hits of every pixel's centre",
             KindId::Mtsm => {
                 "Multilayer transparent shadow maps: runs of compressed layers with counts"
+            }
+            KindId::Prefiltered => {
+                "Prefiltered maps: fragments in levels of wider and wider filters, for soft \
+                 shadows by lookup"
             }
         }
     }
@@ -96,11 +107,13 @@ impl Kind {
     pub const fn resolution(self) -> Option<[u32; 2]> {
         match self.0 {
             KindId::Deep | KindId::Layers | KindId::Mtsm => Some([512; 2]),
+            KindId::Prefiltered => Some([1024; 2]),
             KindId::Fragments => None,
         }
     }
 
-    /// The width and height in pixels that suit a map of a scene: 512; of fragments 1024,
+    /// The width and height in pixels that suit a map of a scene: 512; of kind prefiltered
+    /// 1024; of fragments 1024,
     /// as receivers lie next to what they show, unless a pixel where the scene is nearest
     /// to the light would be narrower than two of its finest strands: parts of a strand
     /// would shade each other. O(points of strands).
@@ -128,9 +141,13 @@ impl Kind {
     }
 
     /// The kind that comes closest to rays through a scene, for a map that is
-    /// queried by `method`: fragments, unless rules for layers were set.
+    /// queried by `method`: fragments, unless rules for layers were set. Lookups of
+    /// prefiltered maps need such.
     #[must_use]
     pub fn for_area_lights(method: &Method) -> Self {
+        if let Method::Prefilter(_) | Method::Hybrid(_) = method {
+            return Self::PREFILTERED;
+        }
         let has_rules = matches!(method, Method::Trace(trace) if trace.has_layer_rules());
         let no_planes = has_rules || matches!(method, Method::Pcf(_));
         if no_planes { Self::MTSM } else { Self::FRAGMENTS }

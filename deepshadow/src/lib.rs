@@ -12,6 +12,7 @@ mod file;
 mod kind;
 mod kinds;
 mod map_view;
+mod prefilter_map;
 mod query;
 mod shadow;
 mod shadow_map;
@@ -35,9 +36,11 @@ pub use kind::Kind;
 pub use mtsm::detail::LeafRule;
 pub use query::settings::Query;
 pub use query::trace_method::{FarTable, TraceMethod};
-pub use query::{filter_method::FilterMethod, method::Method, pcf_method::PcfMethod};
+pub use query::{filter_method::FilterMethod, hybrid_method::HybridMethod, method::Method};
+pub use query::{pcf_method::PcfMethod, prefilter_method::PrefilterMethod};
 pub use shadow::{handle::Shadow, statistics::ShadowStatistics};
 pub use shadow_map::ShadowMap;
+pub use shadow_maps::detail::{Accumulate, Epsilon, PrefilterSettings};
 pub use values::Values;
 
 /// Parts that the other crates of this family stand on. They may change with any

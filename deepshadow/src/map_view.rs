@@ -107,8 +107,13 @@ impl ShadowMap {
     /// [`Error::Core`](crate::Error::Core) for a camera that is none,
     /// [`Error::File`](crate::Error::File) for metadata that is no JSON.
     pub fn view(&self) -> Result<Option<MapView>> {
+        MapView::new(self.info(), self.size(), self.light_depth()?)
+    }
+
+    /// The depth of the light's centre on the camera's axis.
+    pub(crate) fn light_depth(&self) -> Result<f64> {
         let keys = self.kind_metadata()?;
         let light_depth = keys.pointer("/layering/light_depth").and_then(serde_json::Value::as_f64);
-        MapView::new(self.info(), self.size(), light_depth.unwrap_or(0.0))
+        Ok(light_depth.unwrap_or(0.0))
     }
 }

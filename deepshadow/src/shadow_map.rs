@@ -10,11 +10,13 @@ use dsm_io::detail::{AnyDeepMap, Container, ErasedMap, Level, TileRect, check_bo
 use dsm_io::{
     Error as FileError, Limits, MapReader, MapSource, MapSummary, Metadata, PixelContents,
 };
+use dsm_scene::TracedScene;
 use glam::DVec3;
 
 use crate::error::{Error, Result};
-use crate::file::OpenMap;
 use crate::file::open_options::OpenOptions;
+use crate::file::texel_hits::TexelHits;
+use crate::file::{Near, OpenMap};
 use crate::kind::Kind;
 use crate::kinds::implementation;
 use crate::query::method::Method;
@@ -74,6 +76,11 @@ impl ShadowMap {
 
     fn file(&self) -> &dyn ErasedMap {
         self.open.file()
+    }
+
+    /// What the map shows through the middle of every pixel, if its kind tells.
+    pub(crate) fn texel_hits(&self) -> Option<Result<TexelHits>> {
+        self.open.texel_hits()
     }
 
     /// The name of the map's kind.
@@ -142,6 +149,35 @@ impl ShadowMap {
     /// [`Error::File`] for tiles that are damaged.
     pub fn shadow(&self, query: &Query) -> Result<Shadow> {
         self.open.shadow(query)
+    }
+
+    /// The shadows of `query` by short rays through a scene, which is that of the map's
+    /// light, and lookups in this map of kind `prefiltered` beyond.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Query`] for maps of other kinds, else as [`Self::shadow`].
+    pub fn hybrid_shadow(&self, scene: Arc<TracedScene>, query: &Query) -> Result<Shadow> {
+        self.hybrid(query, &Near::Scene(scene))
+    }
+
+    /// The same with short rays through a map of kind `fragments`. O(fragments).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Query`] for maps of other kinds or numbers of channels, else as
+    /// [`Self::shadow`].
+    pub fn hybrid_shadow_of_maps(&self, near: &Self, query: &Query) -> Result<Shadow> {
+        self.hybrid(query, &Near::Map(&*near.open))
+    }
+
+    fn hybrid(&self, query: &Query, near: &Near<'_>) -> Result<Shadow> {
+        self.open.hybrid(query, near).unwrap_or_else(|| {
+            let path = self.container().path().unwrap_or(Path::new("")).to_owned();
+            let kind = self.kind();
+            let reason = format!("--method hybrid is for maps of kind prefiltered, not {kind}");
+            Err(Error::Query { path, reason })
+        })
     }
 
     /// The shadow factors of points of the world: [`Self::shadow`], queried once.

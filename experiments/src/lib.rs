@@ -3,4 +3,5 @@
 
 pub mod figures;
 pub mod pictures;
+pub mod prefilter;
 pub mod soft_shadows;

@@ -2,10 +2,12 @@
 //!
 //! [`plain`]: one depth a sample, with percentage closer filtering. Maps of
 //! fragments, planes with coverage masks that are traced for the soft shadows of
-//! area lights, are baked and queried through the crate `deepshadow`.
+//! area lights, and prefiltered maps, whose soft shadows are looked up, are baked and
+//! queried through the crate `deepshadow`.
 
 mod fragments;
 pub mod plain;
+mod prefilter;
 
 /// Parts that the other crates of this family stand on. They may change with any
 /// version.
@@ -25,5 +27,23 @@ pub mod detail {
             tracer::{FragmentTracer, TraceScratch},
         },
         plain::{blocking::Blocking, shadow::PercentageCloserShadow},
+        prefilter::{
+            accumulate::Accumulate,
+            bake::{bake_prefiltered, write_prefiltered},
+            builder::{CollectedHits, ListBuilder, ListCounts},
+            cached::CachedPrefiltered,
+            epsilon::Epsilon,
+            hybrid::HybridShadow,
+            keys::{Filtering, PrefilteredKeys},
+            level_plan::LevelGeometry,
+            light_parts::square_width,
+            lists::{FragmentList, FragmentLists},
+            map::PrefilteredMap,
+            merge::MergedDepth,
+            settings::PrefilterSettings,
+            shadow::PrefilteredShadow,
+            store::Prefiltered,
+            tile::PrefilteredTile,
+        },
     };
 }

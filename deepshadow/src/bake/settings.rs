@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use dsm_core::{Filter, FilterShape, Tolerance};
 use dsm_io::{Attribute, Codec, Packing, PyramidOptions};
+use shadow_maps::detail::PrefilterSettings;
 
 use crate::error::Result;
 use crate::kind::Kind;
@@ -59,13 +60,15 @@ pub struct Bake {
     /// alone. None: 0.25/√N of N samples under the filter, of kind `mtsm` 0.02, of
     /// `fragments` 0.005.
     pub tolerance: Option<Tolerance>,
-    /// The maximum number of layers of a pixel: the nearest are kept.
+    /// The maximum number of layers or fragments of a pixel: the nearest are kept.
     pub max_layers: Option<u32>,
     /// The maximum number of resets of a pixel's visibility, of kind `mtsm`.
     pub resets: Option<u32>,
     /// Places along a side of a pixel that are covered or not, of kind
     /// `fragments`: 1, 2, 4 or 8.
     pub coverage: Option<u32>,
+    /// How levels are made, of kind `prefiltered`.
+    pub filtering: Option<PrefilterSettings>,
     /// The channels of the map.
     pub channels: Channels,
     /// The encoding of tiles.
@@ -108,6 +111,7 @@ impl Bake {
             max_layers: None,
             resets: None,
             coverage: None,
+            filtering: None,
             channels: Channels::Auto,
             codec: Codec::Exact,
             depth_error: None,
@@ -161,6 +165,12 @@ impl Bake {
     #[must_use]
     pub fn with_coverage(self, coverage: u32) -> Self {
         Self { coverage: Some(coverage), ..self }
+    }
+
+    /// Sets how levels are made, of kind `prefiltered`.
+    #[must_use]
+    pub fn with_filtering(self, filtering: PrefilterSettings) -> Self {
+        Self { filtering: Some(filtering), ..self }
     }
 
     /// Sets the mip levels.

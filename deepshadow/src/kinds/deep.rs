@@ -14,6 +14,7 @@ use crate::bake::settings::Bake;
 use crate::bake::{Job, Seen};
 use crate::error::{Error, Result};
 use crate::file::open_options::OpenOptions;
+use crate::file::texel_hits::{self, TexelHits};
 use crate::file::{CachedFile, OpenMap};
 use crate::query::filter_method::FilterMethod;
 use crate::query::method::Method;
@@ -27,7 +28,7 @@ pub(super) struct Deep;
 impl ShadowKind for Deep {
     fn check(&self, settings: &Bake) -> Result<()> {
         if settings.max_layers.is_some() {
-            return refuse("--layers", "fragments, layers or mtsm");
+            return refuse("--layers", "fragments, layers, mtsm or prefiltered");
         }
         if settings.resets.is_some() {
             return refuse("--resets", "mtsm");
@@ -79,6 +80,13 @@ impl OpenMap for CachedFile<dsm_io::detail::Deep> {
             Self::Mono(map) => filtered_shadow(map, method, query),
             Self::Rgb(map) => filtered_shadow(map, method, query),
         }
+    }
+
+    fn texel_hits(&self) -> Option<Result<TexelHits>> {
+        Some(match self {
+            Self::Mono(map) => texel_hits::of_functions(map.reader()).map(TexelHits::Mono),
+            Self::Rgb(map) => texel_hits::of_functions(map.reader()).map(TexelHits::Rgb),
+        })
     }
 }
 

@@ -17,7 +17,8 @@ use crate::bake::report::BakeReport;
 use crate::bake::settings::Bake;
 use crate::error::{Error, Result};
 use crate::file::open_options::OpenOptions;
-use crate::file::{CachedFile, OpenMap};
+use crate::file::texel_hits::{self, TexelHits};
+use crate::file::{AnyTracer, CachedFile, OpenMap};
 use crate::query::method::Method;
 use crate::query::settings::Query;
 use crate::query::trace_method::{FarTable, TraceMethod};
@@ -109,6 +110,24 @@ impl OpenMap for CachedFile<FragmentsKind> {
             Self::Mono(map) => shadow(map, method, query),
             Self::Rgb(map) => shadow(map, method, query),
         }
+    }
+
+    fn tracer(&self) -> Option<Result<AnyTracer>> {
+        Some(match self {
+            Self::Mono(map) => {
+                FragmentTracer::read(map.reader()).map(AnyTracer::Mono).map_err(Error::from)
+            }
+            Self::Rgb(map) => {
+                FragmentTracer::read(map.reader()).map(AnyTracer::Rgb).map_err(Error::from)
+            }
+        })
+    }
+
+    fn texel_hits(&self) -> Option<Result<TexelHits>> {
+        Some(match self {
+            Self::Mono(map) => texel_hits::of_fragments(map.reader()).map(TexelHits::Mono),
+            Self::Rgb(map) => texel_hits::of_fragments(map.reader()).map(TexelHits::Rgb),
+        })
     }
 }
 

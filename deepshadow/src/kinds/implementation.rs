@@ -4,6 +4,7 @@ use super::deep::Deep;
 use super::fragments::Fragments;
 use super::layers::Layers;
 use super::mtsm::Mtsm;
+use super::prefiltered::Prefiltered;
 use super::shadow_kind::ShadowKind;
 use crate::kind::{Kind, KindId};
 
@@ -14,5 +15,6 @@ pub(crate) const fn implementation(kind: Kind) -> &'static dyn ShadowKind {
         KindId::Fragments => &Fragments,
         KindId::Layers => &Layers,
         KindId::Mtsm => &Mtsm,
+        KindId::Prefiltered => &Prefiltered,
     }
 }

@@ -21,6 +21,7 @@ use crate::bake::report::BakeReport;
 use crate::bake::settings::Bake;
 use crate::bake::{Job, Seen};
 use crate::error::{Error, Result};
+use crate::file::texel_hits::{self, TexelHits};
 use crate::file::{CachedFile, OpenMap};
 use crate::query::method::Method;
 use crate::query::settings::Query;
@@ -107,9 +108,22 @@ pub(super) fn settings(
 }
 
 /// Kinds of files whose layers have a depth alone: traced, or filtered.
-trait LayersInFile: FieldKind<Keys = LayeredKeys> {}
+trait LayersInFile: FieldKind<Keys = LayeredKeys> {
+    /// What a file shows through the middle of every pixel, if it tells.
+    fn texel_hits(_file: &CachedFile<Self>) -> Option<Result<TexelHits>> {
+        None
+    }
+}
 
-impl LayersInFile for mtsm::detail::Layers {}
+impl LayersInFile for mtsm::detail::Layers {
+    fn texel_hits(file: &CachedFile<Self>) -> Option<Result<TexelHits>> {
+        Some(match file {
+            CachedFile::Mono(map) => texel_hits::of_layers(map.reader()).map(TexelHits::Mono),
+            CachedFile::Rgb(map) => texel_hits::of_layers(map.reader()).map(TexelHits::Rgb),
+        })
+    }
+}
+
 impl LayersInFile for mtsm::detail::Mtsm {}
 
 impl<K: LayersInFile> OpenMap for CachedFile<K>
@@ -131,6 +145,10 @@ where
             Self::Mono(map) => shadow(map, method, query),
             Self::Rgb(map) => shadow(map, method, query),
         }
+    }
+
+    fn texel_hits(&self) -> Option<Result<TexelHits>> {
+        K::texel_hits(self)
     }
 }
 
@@ -172,6 +190,11 @@ where
             Ok(Shadow::new(Box::new(AreaShadow(filter)), light, query.seed))
         }
         Method::Filter(method) => filtered_shadow(map, method, query),
+        Method::Prefilter(_) | Method::Hybrid(_) => Err(Error::query(
+            reader,
+            "it has no levels of wider filters: a map \
+                                                          of kind prefiltered has",
+        )),
     }
 }
 

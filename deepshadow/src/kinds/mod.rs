@@ -6,6 +6,7 @@ mod implementation;
 mod layered;
 mod layers;
 mod mtsm;
+mod prefiltered;
 mod shadow_kind;
 
 pub(crate) use implementation::implementation;

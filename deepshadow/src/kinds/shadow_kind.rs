@@ -16,6 +16,11 @@ pub(crate) trait ShadowKind: Send + Sync {
     /// The settings that the kind does not have, of those that were set.
     fn check(&self, settings: &Bake) -> Result<()>;
 
+    /// Whether its levels are filtered as settings say.
+    fn is_filtered(&self) -> bool {
+        false
+    }
+
     /// Bakes a map into a file.
     fn bake(&self, job: &Job<'_>, output: &Path) -> Result<BakeReport>;
 

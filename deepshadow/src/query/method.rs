@@ -1,7 +1,9 @@
 //! The methods that compute shadows.
 
 use super::filter_method::FilterMethod;
+use super::hybrid_method::HybridMethod;
 use super::pcf_method::PcfMethod;
+use super::prefilter_method::PrefilterMethod;
 use super::trace_method::TraceMethod;
 
 /// A way to compute the shadow factor of a point from a map.
@@ -23,6 +25,10 @@ pub enum Method {
     /// Percentage closer filtering over the light's outline (Xie et al. 2007,
     /// §3).
     Pcf(PcfMethod),
+    /// Lookups in the levels of a prefiltered map (Selgrad et al. 2014, §5).
+    Prefilter(PrefilterMethod),
+    /// Short rays near the point, lookups beyond.
+    Hybrid(HybridMethod),
 }
 
 impl Method {
@@ -33,6 +39,8 @@ impl Method {
             Self::Filter(_) => "filter",
             Self::Trace(_) => "trace",
             Self::Pcf(_) => "pcf",
+            Self::Prefilter(_) => "prefilter",
+            Self::Hybrid(_) => "hybrid",
         }
     }
 }
@@ -52,5 +60,17 @@ impl From<TraceMethod> for Method {
 impl From<PcfMethod> for Method {
     fn from(method: PcfMethod) -> Self {
         Self::Pcf(method)
+    }
+}
+
+impl From<PrefilterMethod> for Method {
+    fn from(method: PrefilterMethod) -> Self {
+        Self::Prefilter(method)
+    }
+}
+
+impl From<HybridMethod> for Method {
+    fn from(method: HybridMethod) -> Self {
+        Self::Hybrid(method)
     }
 }

@@ -1,10 +1,12 @@
-//! Shadows of area lights, by rays or taps in a map.
+//! Shadows of area lights, by rays, taps or lookups in a map.
 
-use dsm_core::{AreaLight, Facing, LightVisibility, ShadedPoint, Transmittance};
+use std::convert::Infallible;
+
+use dsm_core::{AreaLight, Facing, LightVisibility, OcclusionTracer, ShadedPoint, Transmittance};
 use dsm_trace::detail::{LightFrame, TraceStatistics};
 use glam::DVec3;
 use mtsm::detail::{MultilayerTracer, SoftPercentageCloser, TracedMap};
-use shadow_maps::detail::FragmentTracer;
+use shadow_maps::detail::{CachedPrefiltered, FragmentTracer, HybridShadow, PrefilteredShadow};
 
 use super::any_visibility::AnyVisibility;
 use super::statistics::ShadowStatistics;
@@ -16,8 +18,8 @@ pub(crate) trait AreaTracer: LightVisibility + Send + Sync {
     /// The frame of the map's light.
     fn frame(&self) -> &LightFrame;
 
-    /// Rays or taps so far.
-    fn rays(&self) -> TraceStatistics;
+    /// Rays or taps so far, of methods that have any.
+    fn rays(&self) -> Option<TraceStatistics>;
 
     /// Whether a table of optical depths is used, where one may be.
     fn far_table(&self) -> Option<bool> {
@@ -30,8 +32,8 @@ impl<M: TracedMap> AreaTracer for MultilayerTracer<M> {
         self.frame()
     }
 
-    fn rays(&self) -> TraceStatistics {
-        self.statistics()
+    fn rays(&self) -> Option<TraceStatistics> {
+        Some(self.statistics())
     }
 }
 
@@ -40,8 +42,8 @@ impl<M: TracedMap> AreaTracer for SoftPercentageCloser<M> {
         self.frame()
     }
 
-    fn rays(&self) -> TraceStatistics {
-        self.statistics()
+    fn rays(&self) -> Option<TraceStatistics> {
+        Some(self.statistics())
     }
 }
 
@@ -50,12 +52,36 @@ impl<T: Transmittance> AreaTracer for FragmentTracer<T> {
         self.frame()
     }
 
-    fn rays(&self) -> TraceStatistics {
-        self.statistics()
+    fn rays(&self) -> Option<TraceStatistics> {
+        Some(self.statistics())
     }
 
     fn far_table(&self) -> Option<bool> {
         Some(self.has_far_table())
+    }
+}
+
+impl<T: Transmittance> AreaTracer for PrefilteredShadow<CachedPrefiltered<T>> {
+    fn frame(&self) -> &LightFrame {
+        self.frame()
+    }
+
+    fn rays(&self) -> Option<TraceStatistics> {
+        None
+    }
+}
+
+impl<T, N> AreaTracer for HybridShadow<CachedPrefiltered<T>, N>
+where
+    T: Transmittance,
+    N: OcclusionTracer<Value = T, Error = Infallible> + Send,
+{
+    fn frame(&self) -> &LightFrame {
+        self.frame()
+    }
+
+    fn rays(&self) -> Option<TraceStatistics> {
+        None
     }
 }
 
@@ -93,7 +119,7 @@ where
     }
 
     fn statistics(&self) -> ShadowStatistics {
-        let (rays, far_table) = (Some(self.0.rays()), self.0.far_table());
+        let (rays, far_table) = (self.0.rays(), self.0.far_table());
         ShadowStatistics { rays, far_table, ..ShadowStatistics::default() }
     }
 }

@@ -15,6 +15,7 @@ use crate::codec::stored_tile::StoredTile;
 use crate::codec::{Codec, Packing};
 use crate::error::Result;
 use crate::format::encoded_tile::EncodedTile;
+use crate::format::level::Level;
 use crate::map_tile::MapTile;
 use crate::metadata::Metadata;
 
@@ -62,6 +63,16 @@ pub trait MapKind: Debug + Send + Sync + Sized + 'static {
     ///
     /// [`Error::Metadata`](crate::error::Error::Metadata) with the rule that is broken.
     fn check(metadata: &Metadata, keys: &Self::Keys) -> Result<()>;
+
+    /// Holds the levels to the kind's rules beside those of the format. Writers of the
+    /// kind keep them; readers hold files to them.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Metadata`](crate::error::Error::Metadata) with the rule that is broken.
+    fn check_levels(_levels: &[Level], _keys: &Self::Keys) -> Result<()> {
+        Ok(())
+    }
 
     /// The payload of a tile, of no bytes if the tile is empty. O(vertices).
     ///

@@ -88,6 +88,7 @@ impl<K: MapKind> KindReader<K> {
         let keys: K::Keys = serde_json::from_slice(json).map_err(Error::Json)?;
         Metadata::check_version::<K>(json, &keys)?;
         K::check(&stated, &keys)?;
+        K::check_levels(container.levels(), &keys)?;
         let refuse = |reason: &str| Err(Error::invalid(Place::Level(0), reason.to_owned()));
         let crop = match Crop::of_level(container.level(0)?, [stated.width, stated.height]) {
             Ok(crop) => crop,

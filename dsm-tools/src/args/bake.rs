@@ -9,6 +9,7 @@ use deepshadow::scene::detail::{GridChoice, SceneOptions};
 use deepshadow::visibility::{Filter, FilterShape};
 use deepshadow::{Channels, Kind};
 
+use super::prefilter::PrefilterFlags;
 use super::values::{self, Effort, Strictness};
 
 const EXAMPLES: &str = "\
@@ -25,7 +26,8 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct BakeFlags {
-    /// A scene file, a model, or builtin:NAME
+    /// A scene file, a model, or builtin:NAME; or for kind prefiltered a map of kind
+    /// fragments, layers or deep (.dsm) or a deep image (.exr)
     #[arg(value_name = "SCENE")]
     scene: PathBuf,
     /// The grid of a SCENE that is a .vdb: its name and, where several have it, a
@@ -39,7 +41,7 @@ pub(crate) struct BakeFlags {
     #[arg(long, default_value = "deep", value_parser = kind())]
     kind: Kind,
     /// Width and height of the map in pixels; one number: a square [default: 512; of
-    /// fragments 1024, or 512 where that is fine enough for strands]
+    /// prefiltered 1024; of fragments 1024, or 512 where that is fine enough for strands]
     #[arg(long, value_name = "W[xH]", value_parser = values::resolution)]
     resolution: Option<[u32; 2]>,
     /// Samples a pixel [default: 16; of layered maps 1, the ray through the
@@ -59,8 +61,8 @@ pub(crate) struct BakeFlags {
     #[arg(long, value_name = "auto|E", default_value = "auto", allow_negative_numbers = true)]
     #[arg(value_parser = values::auto_tolerance)]
     tolerance: values::AutoTolerance,
-    /// The maximum number of layers of a pixel, the nearest ones, of kinds fragments, layers and
-    /// mtsm [default: of fragments all, else 32]
+    /// The maximum number of layers of a pixel, the nearest ones, of kinds fragments, layers,
+    /// mtsm and prefiltered [default: of fragments and prefiltered all, else 32]
     #[arg(long, value_name = "K")]
     #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(1..=1 << 20))]
     layers: Option<u32>,
@@ -73,6 +75,8 @@ pub(crate) struct BakeFlags {
     #[arg(long, value_name = "R")]
     #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(0..=1 << 20))]
     resets: Option<u32>,
+    #[command(flatten)]
+    prefilter: PrefilterFlags,
     /// One channel, or three for colours; auto: three if the scene has colours
     #[arg(long, value_enum, default_value = "auto")]
     channels: ChannelsName,
@@ -180,10 +184,30 @@ fn check_crop(crop: [u32; 4], size: [u32; 2], tile: u32) -> Result<(), String> {
     ))
 }
 
+impl Bake {
+    /// True if another map is made prefiltered, not a scene baked.
+    pub(crate) fn is_of_map(&self) -> bool {
+        values::is_map_or_exr(&self.scene)
+    }
+}
+
 impl TryFrom<BakeFlags> for Bake {
     type Error = String;
 
     fn try_from(flags: BakeFlags) -> Result<Self, String> {
+        if values::is_map_or_exr(&flags.scene) {
+            if flags.kind != Kind::PREFILTERED {
+                return Err("a .dsm or .exr is baked to --kind prefiltered alone: `convert` \
+                            makes other maps of it"
+                    .to_owned());
+            }
+            if flags.resolution.is_some() {
+                return Err("--resolution: a map has that of the map it is made of".to_owned());
+            }
+            if !matches!(flags.channels, ChannelsName::Auto) {
+                return Err("--channels: a map has those of the map it is made of".to_owned());
+            }
+        }
         let told = flags.resolution.or(flags.kind.resolution());
         // Until the scene is there, any.
         let resolution = told.unwrap_or([512; 2]);
@@ -210,6 +234,7 @@ impl TryFrom<BakeFlags> for Bake {
         settings.max_layers = flags.layers;
         settings.resets = flags.resets;
         settings.coverage = flags.coverage;
+        settings.filtering = flags.prefilter.settings();
         settings.channels = match flags.channels {
             ChannelsName::Auto => Channels::Auto,
             ChannelsName::Mono => Channels::Mono,

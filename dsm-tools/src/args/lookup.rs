@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, ValueEnum};
 use deepshadow::visibility::{Bias, Footprint, LevelChoice};
-use deepshadow::{FilterMethod, Method, PcfMethod, TraceMethod};
+use deepshadow::{FilterMethod, HybridMethod, Method, PcfMethod, PrefilterMethod, TraceMethod};
 
 use super::far_table::FarTableName;
 use super::filtering::{self, FilterName};
 use super::layer_rule::LayerFlags;
+use super::prefilter::AccumulateName;
 use super::values::{self, Effort, Strictness};
 
 const EXAMPLES: &str = "\
@@ -37,17 +38,23 @@ pub(crate) struct LookupFlags {
     #[arg(long, value_enum, default_value_t = Space::World)]
     space: Space,
     /// The method: filtering (of a map of kind mtsm the first
-    /// runs, of kind layers all); shadow rays from the point to the light through a layered map; or
+    /// runs, of kind layers all); shadow rays from the point to the light through a layered map;
     /// percentage closer filtering over the light's outline in a layered
-    /// map [default: filter, of layered maps trace]
+    /// map; lookups in the levels of a prefiltered one; or short rays through --near and such
+    /// lookups beyond [default: filter, of layered maps
+    /// trace, of prefiltered ones prefilter]
     #[arg(long, value_enum)]
     method: Option<MethodName>,
-    /// Shadow rays from every point (trace), or taps (pcf) [default: 256]
+    /// The map of kind fragments that short rays go through (hybrid)
+    #[arg(long, value_name = "MAP.dsm", value_parser = values::dsm_file())]
+    near: Option<PathBuf>,
+    /// Shadow rays from every point (trace; hybrid: short ones), or taps (pcf) [default: 256;
+    /// hybrid: 16]
     #[arg(long, value_name = "N")]
     #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(1..=65_536))]
     rays: Option<u32>,
     /// Width and height of the light in scene units, of a disk or a sphere the
-    /// diameter; 0: a point (trace, pcf) [default: the map's]
+    /// diameter; 0: a point (trace, pcf, prefilter) [default: the map's]
     #[arg(long, value_name = "WxH", value_parser = values::light_size)]
     light_size: Option<[f32; 2]>,
     #[command(flatten)]
@@ -57,6 +64,10 @@ pub(crate) struct LookupFlags {
     /// kind fragments) [default: auto]
     #[arg(long, value_enum)]
     far_table: Option<FarTableName>,
+    /// How opacities of one pixel and of several levels come together (prefilter, hybrid)
+    /// [default: as when the map was baked]
+    #[arg(long, value_enum)]
+    accumulate: Option<AccumulateName>,
     /// Seed of the points of the light, with the point's number (trace, pcf)
     #[arg(long, value_name = "N", default_value = "0")]
     seed: u64,
@@ -74,7 +85,8 @@ pub(crate) struct LookupFlags {
     #[arg(long, value_name = "L|auto", default_value = "0", allow_negative_numbers = true)]
     #[arg(value_parser = filtering::level)]
     level: LevelChoice,
-    /// Depth bias in scene units (filter, pcf) [default: 0]; or ray offset, the
+    /// Depth bias in scene units (filter, pcf, prefilter) [default: 0; prefilter: 1.2 pixel
+    /// sides at the point's depth]; or ray offset, the
     /// distance from the point at which rays begin (trace) [default: a pixel's
     /// side at the point's depth; of fragments an eighth of it]
     #[arg(long, value_name = "B", allow_negative_numbers = true)]
@@ -98,6 +110,8 @@ pub(crate) enum MethodName {
     Filter,
     Trace,
     Pcf,
+    Prefilter,
+    Hybrid,
 }
 
 /// The space of the coordinates of points.
@@ -120,8 +134,14 @@ pub(crate) struct Lookup {
     filter: FilterMethod,
     trace: TraceMethod,
     pcf: PcfMethod,
+    prefilter: PrefilterMethod,
+    hybrid: HybridMethod,
+    /// The map that short rays go through.
+    pub(crate) near: Option<PathBuf>,
     /// Switches that were given, of rays and of filters.
     has_rays: bool,
+    has_light_size: bool,
+    has_accumulate: bool,
     has_rules: bool,
     has_far_table: bool,
     has_filter: bool,
@@ -139,6 +159,10 @@ impl TryFrom<LookupFlags> for Lookup {
         let LookupFlags { map, points, space, filter, width, level, bias, stats, effort, .. } =
             flags;
         let LookupFlags { method, rays, light_size, layers, far_table, seed, quiet, .. } = flags;
+        let accumulate = flags.accumulate;
+        let prefilter = PrefilterMethod::new();
+        let prefilter = bias.map_or(prefilter, |bias| prefilter.with_bias(bias.into()));
+        let prefilter = accumulate.map_or(prefilter, |name| prefilter.with_accumulate(name.into()));
         let footprint = filtering::footprint(filter, width)?;
         let trace = layers.set(with_start(TraceMethod::new(rays.unwrap_or(RAYS)), bias));
         let request = Self {
@@ -151,7 +175,12 @@ impl TryFrom<LookupFlags> for Lookup {
             filter: FilterMethod { footprint, level, bias: Bias::Depth(bias.unwrap_or(0.0)) },
             trace: far_table.map_or(trace, |table| trace.with_far_table(table.into())),
             pcf: PcfMethod::new(rays.unwrap_or(RAYS)).with_bias(bias.unwrap_or(0.0).into()),
-            has_rays: rays.is_some() || light_size.is_some(),
+            prefilter,
+            hybrid: HybridMethod::new(rays.unwrap_or(SHORT_RAYS)).with_lookup(prefilter),
+            near: flags.near,
+            has_rays: rays.is_some(),
+            has_light_size: light_size.is_some(),
+            has_accumulate: accumulate.is_some(),
             has_rules: layers.is_given(),
             has_far_table: far_table.is_some(),
             has_filter: footprint != Footprint::Point || level != LevelChoice::FINEST,
@@ -178,13 +207,26 @@ impl Lookup {
         self.with_method(self.method.unwrap_or(match default {
             Method::Filter(_) => MethodName::Filter,
             Method::Pcf(_) => MethodName::Pcf,
+            Method::Prefilter(_) => MethodName::Prefilter,
+            Method::Hybrid(_) => MethodName::Hybrid,
             _ => MethodName::Trace,
         }))
     }
 
     fn with_method(&self, method: MethodName) -> Result<Method, String> {
-        if self.has_rays && method == MethodName::Filter {
+        if (self.has_rays || self.has_light_size) && method == MethodName::Filter {
             return Err("--rays and --light-size are for --method trace and pcf".to_owned());
+        }
+        if self.has_rays && method == MethodName::Prefilter {
+            return Err("--rays is for --method trace and pcf: lookups have none".to_owned());
+        }
+        if self.near.is_some() != (method == MethodName::Hybrid) {
+            let reason = "--method hybrid needs --near, a map of kind fragments; others have no \
+                          use for it";
+            return Err(reason.to_owned());
+        }
+        if self.has_accumulate && ![MethodName::Prefilter, MethodName::Hybrid].contains(&method) {
+            return Err(AccumulateName::NOT_PREFILTERED.to_owned());
         }
         if self.has_rules && method != MethodName::Trace {
             return Err(LayerFlags::NOT_TRACED.to_owned());
@@ -202,9 +244,14 @@ impl Lookup {
             MethodName::Filter => self.filter.into(),
             MethodName::Trace => self.trace.into(),
             MethodName::Pcf => self.pcf.into(),
+            MethodName::Prefilter => self.prefilter.into(),
+            MethodName::Hybrid => self.hybrid.into(),
         })
     }
 }
+
+/// The default number of short rays.
+const SHORT_RAYS: u32 = 16;
 
 /// The default number of rays or taps.
 const RAYS: u32 = 256;

@@ -11,6 +11,7 @@ mod layer_rule;
 mod lookup;
 mod merge;
 mod mip;
+mod prefilter;
 mod render;
 mod selection;
 mod values;
@@ -26,7 +27,7 @@ pub(crate) use lookup::{Lookup, Space};
 pub(crate) use merge::Merge;
 pub(crate) use mip::Mip;
 pub(crate) use render::{Method, Render};
-pub(crate) use values::{ImageFile, ImageFormat};
+pub(crate) use values::{ImageFile, ImageFormat, is_exr};
 pub(crate) use verify::Verify;
 
 use std::path::Path;

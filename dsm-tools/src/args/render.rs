@@ -6,11 +6,14 @@ use clap::builder::RangedU64ValueParser;
 use clap::{Args, ValueEnum};
 use deepshadow::scene::detail::{GridChoice, SceneOptions};
 use deepshadow::visibility::{Bias, LevelChoice};
-use deepshadow::{FilterMethod, Method as MapMethod, PcfMethod, TraceMethod};
+use deepshadow::{
+    FilterMethod, HybridMethod, Method as MapMethod, PcfMethod, PrefilterMethod, TraceMethod,
+};
 
 use super::far_table::FarTableName;
 use super::filtering::{self, FilterName};
 use super::layer_rule::LayerFlags;
+use super::prefilter::AccumulateName;
 use super::values::{self, Effort, ImageFile, ImageFormat, Strictness};
 
 const EXAMPLES: &str = "\
@@ -39,19 +42,20 @@ pub(crate) struct RenderFlags {
     #[arg(value_parser = values::image_file([ImageFormat::Png, ImageFormat::Exr]))]
     output: ImageFile,
     /// The map of the light (.dsm): a deep one (filter), a layered one (trace,
-    /// pcf) [default: one that is baked first, as large as `bake` makes it: a deep one
+    /// pcf), a prefiltered one (prefilter, hybrid) [default: one that is baked first, as large as `bake` makes it: a deep one
     /// of 16 samples and within 0.01; for trace one of kind fragments, or
-    /// with a --rule of kind mtsm]
+    /// with a --rule of kind mtsm; for prefilter and hybrid one of kind prefiltered]
     #[arg(long, value_name = "MAP.dsm", value_parser = values::dsm_file())]
     map: Option<PathBuf>,
     /// The source of shadows: filtered lookups in the deep map; shadow rays
     /// through a layered map; percentage closer filtering of a
     /// plain shadow map or, with --map, over the light's outline in a layered
-    /// one; or rays through the scene
+    /// one; lookups in the levels of a prefiltered map; short rays through the scene
+    /// and such lookups beyond; or rays through the scene
     #[arg(long, value_enum, default_value = "filter")]
     method: MethodName,
     /// Shadow rays from every point to the light (trace; reference: 1 for a
-    /// point light on a scene where nothing moves), or taps of a lookup (pcf: a
+    /// point light on a scene where nothing moves; hybrid: short ones), or taps of a lookup (pcf: a
     /// square number, unless there is a --map)
     #[arg(long, value_name = "N", default_value = "16")]
     #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(1..=65_536))]
@@ -75,6 +79,10 @@ pub(crate) struct RenderFlags {
     /// kind fragments) [default: auto]
     #[arg(long, value_enum)]
     far_table: Option<FarTableName>,
+    /// How opacities of one pixel and of several levels come together (prefilter, hybrid)
+    /// [default: as when the map was baked]
+    #[arg(long, value_enum)]
+    accumulate: Option<AccumulateName>,
     /// The filter over the map's pixels around a point (filter)
     #[arg(long, value_enum, default_value = "tent")]
     filter: FilterName,
@@ -87,7 +95,7 @@ pub(crate) struct RenderFlags {
     #[arg(value_parser = filtering::level)]
     level: LevelChoice,
     /// Depth bias in scene units; auto: by the slope of each point's surface and
-    /// the map's pixels (filter, pcf); or ray offset, the distance from the
+    /// the map's pixels (filter, pcf), or by its tangent plane (prefilter); or ray offset, the distance from the
     /// point at which rays begin; auto: a pixel's side there, of fragments an
     /// eighth of it (trace; pcf with --map: a depth bias)
     #[arg(long, value_name = "auto|B", default_value = "auto", allow_negative_numbers = true)]
@@ -120,6 +128,8 @@ enum MethodName {
     Filter,
     Trace,
     Pcf,
+    Prefilter,
+    Hybrid,
     Reference,
 }
 
@@ -175,6 +185,10 @@ impl TryFrom<RenderFlags> for Render {
         if flags.far_table.is_some() && flags.method != MethodName::Trace {
             return Err(FarTableName::NOT_TRACED.to_owned());
         }
+        let is_prefiltered = [MethodName::Prefilter, MethodName::Hybrid].contains(&flags.method);
+        if flags.accumulate.is_some() && !is_prefiltered {
+            return Err(AccumulateName::NOT_PREFILTERED.to_owned());
+        }
         let method = match flags.method {
             MethodName::Filter => {
                 let footprint = filtering::footprint(filter, width)?;
@@ -200,6 +214,17 @@ impl TryFrom<RenderFlags> for Render {
                     None => PcfMethod::new(rays),
                 };
                 Method::Map { map, method: method.into() }
+            }
+            MethodName::Prefilter | MethodName::Hybrid => {
+                let lookup = PrefilterMethod::new();
+                let lookup = depth(bias).map_or(lookup, |bias| lookup.with_bias(bias));
+                let accumulate = flags.accumulate;
+                let lookup = accumulate.map_or(lookup, |name| lookup.with_accumulate(name.into()));
+                let method = match flags.method {
+                    MethodName::Hybrid => HybridMethod::new(rays).with_lookup(lookup).into(),
+                    _ => lookup.into(),
+                };
+                Method::Map { map, method }
             }
             MethodName::Reference if map.is_some() => {
                 return Err("--map has no use for --method reference".to_owned());

@@ -140,8 +140,13 @@ pub(super) fn exr_file() -> impl TypedValueParser<Value = PathBuf> {
 }
 
 /// True if the name is that of an OpenEXR.
-pub(super) fn is_exr(path: &Path) -> bool {
+pub(crate) fn is_exr(path: &Path) -> bool {
     extension(path).as_deref() == Some("exr")
+}
+
+/// True if the name is that of a map or of an OpenEXR.
+pub(super) fn is_map_or_exr(path: &Path) -> bool {
+    matches!(extension(path).as_deref(), Some("dsm" | "exr"))
 }
 
 /// A number that is not NaN or infinite.

@@ -1,17 +1,19 @@
-//! `bake`: the shadow map of a scene's light.
+//! `bake`: the shadow map of a scene's light, or a prefiltered one of another map.
 
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use deepshadow::files::Attribute;
+use deepshadow::files::deep_exr::Selection;
+use deepshadow::files::{Attribute, ConvertOptions, Limits, MapSource, convert};
 use deepshadow::scene::Scene;
 use deepshadow::scene::detail::open_scene_with;
 use deepshadow::visibility::Progress;
 use deepshadow::{BakeReport, ShadowMap, bake};
 use serde::Serialize;
 
-use crate::args::Bake;
+use crate::args::{Bake, is_exr};
 use crate::output::limit;
 use crate::output::progress::Watch;
 use crate::output::stated::StatedReport;
@@ -19,21 +21,31 @@ use crate::output::warnings::Warnings;
 use crate::output::written::{Written, channels_name};
 use crate::parallel::with_threads;
 
+/// What headers say that they were written by.
+const SOFTWARE: &str = concat!("dsm-tools ", env!("CARGO_PKG_VERSION"));
+
 pub(crate) fn run(request: &Bake) -> Result<()> {
     let started = Instant::now();
-    let scene = open_scene_with(&request.scene, &request.scene_options)?;
-    let opened = started.elapsed();
     let mut warnings = Warnings::new(request.strict);
-    warnings.extend(scene.warnings());
     let mut settings = request.settings.clone();
-    if request.finds_resolution {
-        settings.resolution = settings.kind.resolution_for(&scene);
-    }
-    let report = with_threads(request.effort.threads, || {
-        let name = request.scene.to_string_lossy();
-        bake_scene(&scene, &name, settings.clone(), &request.output, request.quiet)
-    })?;
-    warnings.extend(doubts(&scene, &settings, &report));
+    let (report, opened) = if request.is_of_map() {
+        let opened = started.elapsed();
+        let report = with_threads(request.effort.threads, || of_map(request, &mut settings))?;
+        (report, opened)
+    } else {
+        let scene = open_scene_with(&request.scene, &request.scene_options)?;
+        let opened = started.elapsed();
+        warnings.extend(scene.warnings());
+        if request.finds_resolution {
+            settings.resolution = settings.kind.resolution_for(&scene);
+        }
+        let report = with_threads(request.effort.threads, || {
+            let name = request.scene.to_string_lossy();
+            bake_scene(&scene, &name, settings.clone(), &request.output, request.quiet)
+        })?;
+        warnings.extend(doubts(&scene, &settings, &report));
+        (report, opened)
+    };
     let stated = stated(&request.output, &settings)?;
     let details = Details {
         tolerance: report.tolerance,
@@ -75,6 +87,25 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
     }
     .print(request.json, request.quiet)?;
     warnings.finish()
+}
+
+/// A prefiltered map of a map, or of a deep image by way of one.
+fn of_map(request: &Bake, settings: &mut deepshadow::Bake) -> Result<BakeReport> {
+    let path = &request.scene;
+    let folder = tempfile::tempdir().context("cannot make a folder for the map")?;
+    let map = if is_exr(path) {
+        let map = folder.path().join("map.dsm");
+        let mut image = MapSource::open(path, &Selection::default(), &Limits::default())?;
+        let exact = ConvertOptions::default();
+        convert(&mut image, &map, &exact, |_| ControlFlow::Continue(()))?;
+        map
+    } else {
+        path.clone()
+    };
+    let map = ShadowMap::open(map)?;
+    settings.resolution = map.size();
+    settings.software = SOFTWARE.to_owned();
+    Ok(map.prefilter(settings, &request.output)?)
 }
 
 /// What may not be meant by a bake.
@@ -134,7 +165,7 @@ pub(crate) fn bake_scene(
     output: &Path,
     quiet: bool,
 ) -> Result<BakeReport> {
-    settings.software = concat!("dsm-tools ", env!("CARGO_PKG_VERSION")).to_owned();
+    settings.software = SOFTWARE.to_owned();
     let [open, close] = scene.shutter;
     for (key, value) in [
         ("bakeScene", name.to_owned()),

@@ -59,7 +59,13 @@ pub(crate) fn run(request: &Lookup) -> Result<()> {
         }
         let mut query = Query::new().with_method(method).with_seed(request.seed);
         query.light_size = request.light_size;
-        let shadow = map.shadow(&query)?;
+        let shadow = match &request.near {
+            Some(near) => {
+                let near = OpenOptions::new().open(near)?;
+                map.hybrid_shadow_of_maps(&near, &query)?
+            }
+            None => map.shadow(&query)?,
+        };
         let open_s = start.elapsed().as_secs_f64();
         let seen = InMap::new(map.view()?);
         let (points, time) = answer_all(request, &shadow, &seen)?;

@@ -213,7 +213,10 @@ impl RenderJob<'_> {
                     warnings.extend(wide_light::of_scene(self.scene, method.name()));
                 }
                 notes.extend(limit::of_map(&map)?);
-                map.shadow(&query)?
+                match method {
+                    MapMethod::Hybrid(_) => map.hybrid_shadow(Arc::clone(self.traced), &query)?,
+                    _ => map.shadow(&query)?,
+                }
             }
             &Method::Plain { taps, width, bias: given } => {
                 bias = Some(given);

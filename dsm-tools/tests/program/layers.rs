@@ -264,7 +264,7 @@ fn what_does_not_fit_together_is_refused() {
     let (scene, map) = (scene(&folder, "1.0"), folder.path("map.dsm"));
     let points = points(&folder);
     for (arguments, says) in [
-        (["--layers", "3"], "--layers is for maps of kind fragments, layers or mtsm"),
+        (["--layers", "3"], "--layers is for maps of kind fragments, layers, mtsm or prefiltered"),
         (["--resets", "3"], "--resets is for maps of kind mtsm"),
         (["--layers", "0"], "--layers"),
     ] {

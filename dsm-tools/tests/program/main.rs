@@ -14,6 +14,7 @@ mod lookup;
 mod maps;
 mod merge;
 mod mip;
+mod prefiltered;
 mod render;
 mod run;
 mod soft_cases;

@@ -28,7 +28,7 @@ pub(crate) mod map;
 pub(crate) mod media;
 mod near_planes;
 #[cfg(test)]
-mod oracle;
+pub(crate) mod oracle;
 mod packed;
 mod packet;
 mod range_tree;

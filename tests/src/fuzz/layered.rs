@@ -4,18 +4,22 @@ use dsm_core::{Rgb, Transmittance};
 use dsm_io::detail::{Container, ErasedMap, Kinds, MapKind, Memory};
 use dsm_io::{Codec, Packing};
 use mtsm::detail::{Layers, Mtsm};
-use shadow_maps::detail::{FragmentColumns, FragmentTile, Fragments, MediaColumns};
+use shadow_maps::detail::{FragmentColumns, FragmentTile, Fragments, MediaColumns, Prefiltered};
 
 use super::limits;
 use crate::forge::{Assembly, Forge};
 
 /// Kinds, and what their metadata have besides.
-const KINDS: [(&str, &str); 4] = [
+const KINDS: [(&str, &str); 5] = [
     (Mtsm::NAME, ""),
     (Layers::NAME, ""),
     (Fragments::NAME, r#","coverage":8"#),
     (Fragments::NAME, r#","coverage":8,"kind_version":2,"media":{"max_slabs":8}"#),
+    (Prefiltered::NAME, FILTERING),
 ];
+
+const FILTERING: &str =
+    r#","filtering":{"epsilon":{"interval":0.6},"accumulate":"multiply","depth":"weighted"}"#;
 
 /// Takes `bytes` for a tile: width, height (1 to 32 each), channels, kind, block
 /// and differences in a byte each; a byte whose lowest bit asks that the entry
@@ -69,7 +73,8 @@ pub fn layered(bytes: &[u8]) -> bool {
 ///
 /// If a file that `verify` calls sound cannot be shown, or the other way round.
 pub fn read_any_kind(bytes: Vec<u8>) -> bool {
-    let kinds = Kinds::default().with::<Mtsm>().with::<Layers>().with::<Fragments>();
+    let kinds =
+        Kinds::default().with::<Mtsm>().with::<Layers>().with::<Fragments>().with::<Prefiltered>();
     let container = Container::from_source(Memory::from(bytes), &limits());
     let Ok(map) = container.and_then(|container| kinds.read(container, &limits())) else {
         return false;
@@ -132,6 +137,8 @@ fn agree_with(
         let end = depths.saturating_add(count).min(words.len());
         let depths = words.get(depths..end).unwrap_or_default();
         let depths = depths.iter().map(|&bits| f32::from_bits(bits));
+        let is_inverse = kind == Prefiltered::NAME;
+        let depths = depths.map(|z| if is_inverse { z.recip().min(f32::MAX) } else { z });
         depths.fold([f32::MAX, 0.0], |[least, most], z| [z.min(least), z.max(most)])
     };
     entry.put(32, (range[0] + 0.0).to_le_bytes());

@@ -8,7 +8,7 @@ use dsm_tests::golden;
 use dsm_tests::whole_message;
 use mtsm::MultilayerMap;
 use mtsm::detail::{Layers, Mtsm, MultilayerDepthMap};
-use shadow_maps::detail::{FragmentMap, Fragments};
+use shadow_maps::detail::{FragmentMap, Fragments, Prefiltered, PrefilteredMap};
 
 use crate::examples::{FOGGY, KINDS, file, open};
 
@@ -78,6 +78,9 @@ fn any_word_of_a_payload_may_be_anything() {
                     }
                     if let Some(reader) = map.downcast_ref::<Fragments>() {
                         drop(FragmentMap::<f32>::read(reader));
+                    }
+                    if let Some(reader) = map.downcast_ref::<Prefiltered>() {
+                        drop(PrefilteredMap::<f32>::read(reader));
                     }
                 }
             }
@@ -203,6 +206,28 @@ fn what_breaks_a_rule_is_named() {
     signed(&layers, "more layers than the map allows", |f| {
         f.replace("\"max_layers\":32", "\"max_layers\": 1");
     });
+    let prefiltered = file::<f32>(Prefiltered::NAME, Packing::Plain);
+    signed(&prefiltered, "opacities must lie in [0, 1]", |f| {
+        let at = last(f);
+        f.put(at, negative);
+    });
+    signed(&prefiltered, "a fragment takes nothing away", |f| {
+        let at = last(f);
+        f.put(at, [0; 4]);
+    });
+    for bad in [f32::NAN, f32::INFINITY, 0.0, -1.0] {
+        signed(&prefiltered, "must be finite, above 0 and not rise", |f| {
+            let at = last(f) - 4 * count(f);
+            f.put(at, bad.to_le_bytes());
+        });
+    }
+    signed(&prefiltered, "the pixel table does not cover", |f| f.put(f.payload(0), [1, 0, 0, 0]));
+    signed(&prefiltered, "not the range", |f| f.put(f.tile_entry(0) + 32, 0.5_f32.to_le_bytes()));
+    signed(&prefiltered, "the levels are not those", |f| {
+        f.replace("\"stack_from\":1", "\"stack_from\":2");
+    });
+    signed(&prefiltered, "metadata", |f| f.replace("\"filtering\"", "\"filterinj\""));
+    signed(&prefiltered, "metadata", |f| f.replace("\"multiply\"", "\"multiplz\""));
 }
 
 #[test]

@@ -10,7 +10,10 @@ use dsm_io::{Limits, Packing, WriteOptions};
 use glam::{DMat4, DVec4};
 use mtsm::detail::{Layers, Mtsm, bake_layers, bake_mtsm};
 use mtsm::{MultilayerBaker, MultilayerSettings};
-use shadow_maps::detail::{FragmentBuilder, FragmentMap, Fragments, bake_fragments};
+use shadow_maps::detail::{
+    FragmentBuilder, FragmentMap, Fragments, ListBuilder, PrefilterSettings, Prefiltered,
+    bake_fragments, bake_prefiltered,
+};
 
 pub(crate) type Ray<T> = fn(SamplePoint, &mut RayHits<T>) -> Result<(), Error>;
 
@@ -78,16 +81,18 @@ pub(crate) fn source() -> RaySource<Ray<f32>> {
 }
 
 /// At the origin, looking down −z, 90 degrees wide.
-pub(crate) fn fragments() -> FragmentBuilder {
+fn camera() -> ShadowCamera {
     let to_ndc = DMat4::from_cols(
         DVec4::new(0.5, 0.0, 0.0, 0.0),
         DVec4::new(0.0, -0.5, 0.0, 0.0),
         DVec4::new(-0.5, -0.5, -1.0, -1.0),
         DVec4::ZERO,
     );
-    let camera =
-        ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(to_ndc) };
-    let builder = FragmentBuilder::new(camera, [6, 5], 0.25).unwrap();
+    ShadowCamera { world_to_camera: Some(DMat4::IDENTITY), world_to_ndc: Some(to_ndc) }
+}
+
+pub(crate) fn fragments() -> FragmentBuilder {
+    let builder = FragmentBuilder::new(camera(), [6, 5], 0.25).unwrap();
     builder.with_coverage(2).unwrap().with_layers(32).unwrap()
 }
 
@@ -103,6 +108,12 @@ pub(crate) fn foggy_map<T: Transmittance>() -> FragmentMap<T> {
     fragments().build(&source).unwrap()
 }
 
+/// MIP levels and a stack of the same sheets.
+pub(crate) fn lists() -> (ListBuilder, PrefilterSettings) {
+    let builder = ListBuilder::new(camera(), [6, 5], 0.25).unwrap();
+    (builder.with_layers(32).unwrap(), PrefilterSettings::default().with_stack_size(Some(3)))
+}
+
 /// The file of a map.
 pub(crate) fn file<T: Transmittance>(kind: &str, packing: Packing) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
@@ -112,6 +123,14 @@ pub(crate) fn file<T: Transmittance>(kind: &str, packing: Packing) -> Vec<u8> {
     let bytes = match kind {
         Mtsm::NAME => bake_mtsm(&baker, &path, packing, |_| {}, watch).unwrap().bytes,
         Layers::NAME => bake_layers(&baker, &path, packing, |_| {}, watch).unwrap().bytes,
+        Prefiltered::NAME => {
+            let source: RaySource<Ray<T>> = RaySource(sheets::<T>);
+            let options = WriteOptions::default().with_tile_size(4).with_packing(packing);
+            let (builder, settings) = lists();
+            bake_prefiltered::<T, _>(&builder, &settings, &source, &path, options, |_| {}, watch)
+                .unwrap()
+                .bytes
+        }
         _ => {
             let ray = if kind == FOGGY { fog::<T> } else { sheets::<T> };
             let source: RaySource<Ray<T>> = RaySource(ray);
@@ -131,11 +150,13 @@ pub(crate) fn file<T: Transmittance>(kind: &str, packing: Packing) -> Vec<u8> {
 pub(crate) const FOGGY: &str = "foggy";
 
 /// All kinds of layered maps.
-pub(crate) const KINDS: [&str; 4] = [Mtsm::NAME, Layers::NAME, Fragments::NAME, FOGGY];
+pub(crate) const KINDS: [&str; 5] =
+    [Mtsm::NAME, Layers::NAME, Fragments::NAME, FOGGY, Prefiltered::NAME];
 
 pub(crate) fn open(bytes: Vec<u8>) -> dsm_io::detail::Result<Box<dyn ErasedMap>> {
     let limits = Limits::default();
-    let kinds = Kinds::default().with::<Mtsm>().with::<Layers>().with::<Fragments>();
+    let kinds =
+        Kinds::default().with::<Mtsm>().with::<Layers>().with::<Fragments>().with::<Prefiltered>();
     kinds.read(Container::from_source(Memory::from(bytes), &limits)?, &limits)
 }
 

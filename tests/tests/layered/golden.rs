@@ -9,7 +9,9 @@ use dsm_tests::golden;
 use dsm_trace::detail::Layering;
 use mtsm::detail::{DepthLayers, Layer, LayeredPixels, LayeredPixelsBuilder, Layers, Mtsm};
 use shadow_maps::detail::{
-    Fragment, FragmentColumns, FragmentKeys, FragmentTile, Fragments, MediaColumns, MediaKeys,
+    Accumulate, Epsilon, Filtering, Fragment, FragmentColumns, FragmentKeys, FragmentLists,
+    FragmentTile, Fragments, MediaColumns, MediaKeys, MergedDepth, Prefiltered, PrefilteredKeys,
+    PrefilteredTile,
 };
 
 /// Of level 0, in tiles of 8 × 8: the second row of tiles is one pixel high.
@@ -34,6 +36,16 @@ trait Golden {
 
     /// What the file says that it keeps.
     const TOLERANCE: f32 = 0.0;
+
+    /// Levels besides the first.
+    fn levels() -> Vec<Level> {
+        let level = |view, number, size: [u32; 2]| Level {
+            view,
+            number,
+            ..Level::new(size[0], size[1], 8, Self::TOLERANCE)
+        };
+        vec![level(0, 1, [6, 5]), level(1, 0, [4, 10])]
+    }
 
     /// The tile over these pixels of a level.
     fn tile<T: Transmittance>(level: u32, rect: TileRect) -> TileOf<Self, T>;
@@ -209,6 +221,55 @@ impl Golden for Media {
     }
 }
 
+impl Golden for Prefiltered {
+    type Kind = Self;
+    const NAME: &'static str = <Self as MapKind>::NAME;
+
+    fn keys() -> KeysOf<Self> {
+        let filtering = Filtering {
+            stack_from: Some(1),
+            subsampled: 0,
+            joined: false,
+            epsilon: Epsilon::Widths(2.0),
+            accumulate: Accumulate::Add,
+            depth: MergedDepth::Mean,
+        };
+        let layering = Layering { resets: 0, ..LAYERING };
+        PrefilteredKeys { layering, filtering, left_out: None }
+    }
+
+    /// A MIP level, and a stack whose second level reaches out of the map.
+    fn levels() -> Vec<Level> {
+        let level = |number, size: [u32; 2], origin: i32| Level {
+            number,
+            x: origin,
+            y: origin,
+            ..Level::new(size[0], size[1], 8, 0.0)
+        };
+        vec![level(1, [6, 5], 0), level(2, [7, 6], 0), level(3, [9, 8], -1), level(4, [7, 6], 0)]
+    }
+
+    fn tile<T: Transmittance>(level: u32, rect: TileRect) -> PrefilteredTile<T> {
+        let mut lists = FragmentLists::new([rect.width, rect.height]);
+        for [x, y] in places(rect) {
+            for layer in 0..(2 * x + y + level) % 4 {
+                let w = 2.0 / (2.0 + layer as f32 + x as f32 / 16.0);
+                lists.push(w, halves((layer + 1 + level % 2) as f32 / 8.0));
+            }
+            lists.finish_texel().unwrap();
+        }
+        PrefilteredTile::new(lists)
+    }
+
+    fn assert_same<T: Transmittance>(
+        found: &PrefilteredTile<T>,
+        expected: &PrefilteredTile<T>,
+        name: &str,
+    ) {
+        assert_eq!(found, expected, "{name}");
+    }
+}
+
 /// A whole file: of these levels, or of level 0 alone.
 fn write<G: Golden, T: Transmittance>(packing: Packing, levels: &[Level]) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
@@ -260,13 +321,7 @@ fn every_file<G: Golden>() {
         check::<G, f32>(&format!("{}_{of}_mono", G::NAME), packing, &[]);
         check::<G, Rgb>(&format!("{}_{of}_rgb", G::NAME), packing, &[]);
     }
-    let level = |view, number, size: [u32; 2]| Level {
-        view,
-        number,
-        ..Level::new(size[0], size[1], 8, G::TOLERANCE)
-    };
-    let levels = [level(0, 1, [6, 5]), level(1, 0, [4, 10])];
-    check::<G, f32>(&format!("{}_levels", G::NAME), Packing::Plain, &levels);
+    check::<G, f32>(&format!("{}_levels", G::NAME), Packing::Plain, &G::levels());
 }
 
 #[test]
@@ -277,6 +332,11 @@ fn multilayer_maps_of_version_1() {
 #[test]
 fn multilayer_depth_maps_of_version_1() {
     every_file::<Layers>();
+}
+
+#[test]
+fn prefiltered_maps_of_version_1() {
+    every_file::<Prefiltered>();
 }
 
 #[test]

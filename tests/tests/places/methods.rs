@@ -6,8 +6,8 @@ use std::sync::Arc;
 use deepshadow::detail::{PlainShadow, Result, plain_shadow};
 use deepshadow::visibility::Bias;
 use deepshadow::{
-    Bake, FarTable, FilterMethod, Kind, Method as MapMethod, PcfMethod, Query, Shadow, ShadowMap,
-    TraceMethod, bake,
+    Bake, FarTable, FilterMethod, Kind, Method as MapMethod, PcfMethod, PrefilterMethod, Query,
+    Shadow, ShadowMap, TraceMethod, bake,
 };
 use dsm_core::{Filter, FilterShape, Footprint, Tolerance};
 use dsm_scene::{Scene, TracedScene};
@@ -43,10 +43,12 @@ pub(crate) enum Method {
     MtsmFiltered,
     /// The first runs looked up like a deep map.
     MtsmLookup,
+    /// Fragments merged by filters, looked up.
+    Prefiltered,
 }
 
 impl Method {
-    pub(crate) const ALL: [Self; 10] = [
+    pub(crate) const ALL: [Self; 11] = [
         Self::Reference,
         Self::Deep,
         Self::Plain,
@@ -57,12 +59,13 @@ impl Method {
         Self::Mtsm,
         Self::MtsmFiltered,
         Self::MtsmLookup,
+        Self::Prefiltered,
     ];
 
     /// What it is tried on: with media where its map holds them.
     pub(crate) fn scene(self) -> Scene {
         match self {
-            Self::Layers | Self::LayersFiltered => solid(),
+            Self::Layers | Self::LayersFiltered | Self::Prefiltered => solid(),
             _ => misty(),
         }
     }
@@ -95,6 +98,7 @@ impl Method {
             Self::Mtsm => ("mtsm", trace.into()),
             Self::MtsmFiltered => ("mtsm", PcfMethod::new(RAYS).into()),
             Self::MtsmLookup => ("mtsm", filter.into()),
+            Self::Prefiltered => ("prefiltered", PrefilterMethod::new().into()),
         })
     }
 

@@ -1,0 +1,4 @@
+//! Prefiltered maps on the scenes that other programs were measured on.
+
+pub mod peer;
+pub mod run;

@@ -1,0 +1,207 @@
+//! Short rays near the receiver, lookups beyond.
+
+use std::convert::Infallible;
+
+use dsm_core::detail::Result;
+use dsm_core::detail::random::{next_bits, unit};
+use dsm_core::{
+    AreaLight, Error, Facing, LightVisibility, OcclusionTracer, ShadedPoint, Transmittance,
+};
+use dsm_trace::detail::{LightFrame, LightMean};
+use glam::DVec3;
+
+use super::lookup::LightCone;
+use super::shadow::PrefilteredShadow;
+use super::source::PrefilteredSource;
+
+/// How far short rays go unless another reach is set: to where the light's cone is so
+/// many texels wide.
+const REACH: f64 = 2.0;
+
+/// Less light than this from beyond is worth no rays.
+const DARK: f32 = 0.02;
+
+/// How far behind the receiver fragments tell that something is near, in sides of a texel.
+const BEHIND: f64 = 2.0;
+
+/// The shadow factors of a prefiltered map beyond some reach, times those of short rays
+/// through something exact: the last texels before a receiver are what no filter tells.
+///
+/// Rays are not traced where little light comes from beyond, or where no list of the map
+/// has anything near.
+#[derive(Debug)]
+pub struct HybridShadow<M, N> {
+    far: PrefilteredShadow<M>,
+    near: N,
+    rays: u32,
+    reach: f64,
+}
+
+impl<M, N> HybridShadow<M, N>
+where
+    M: PrefilteredSource,
+    N: OcclusionTracer<Value = M::Value, Error = Infallible>,
+{
+    /// 16 rays a receiver, to where the light's cone is two texels wide.
+    #[must_use]
+    pub const fn new(far: PrefilteredShadow<M>, near: N) -> Self {
+        Self { far, near, rays: 16, reach: REACH }
+    }
+
+    /// Sets the number of short rays of a receiver, at least 1: a square number of each
+    /// part of the light.
+    #[must_use]
+    pub fn with_rays(self, rays: u32) -> Self {
+        Self { rays: rays.max(1), ..self }
+    }
+
+    /// Sets how far short rays go: to where the light's cone is so many texels of level 0
+    /// wide.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Setting`] unless it is finite and not negative.
+    pub fn with_reach(self, texels: f64) -> Result<Self> {
+        if !(0.0..f64::INFINITY).contains(&texels) {
+            let reason = "it must be finite and not negative";
+            return Err(Error::Setting { setting: "reach", reason });
+        }
+        Ok(Self { reach: texels, ..self })
+    }
+
+    /// The frame of the map.
+    #[must_use]
+    pub fn frame(&self) -> &LightFrame {
+        self.far.frame()
+    }
+
+    fn factor(
+        &self,
+        lists: &M::Lists,
+        point: &ShadedPoint,
+        light: &AreaLight,
+    ) -> Result<M::Value, M::Error> {
+        let Some(receiver) = self.far.receiver(point, light) else { return Ok(M::Value::CLEAR) };
+        let parts = self.far.parts(point, light);
+        if parts.rate <= 0.0 {
+            // The rays of a point end at no width.
+            return Ok(self.whole(point, light));
+        }
+        let least = receiver.w + self.reach / parts.rate;
+        let receiver = LightCone { least, ..receiver };
+        let count = parts.counts[0] * parts.counts[1];
+        let side = f64::from(self.rays / count).sqrt().round().max(1.0) as u32;
+        let mut near_is_clear = None;
+        let mut mean = LightMean::<M::Value>::new();
+        for middle in parts.middles() {
+            let Some(cone) = self.far.cone(&receiver, &parts, middle, point, light) else {
+                mean.add(M::Value::CLEAR);
+                continue;
+            };
+            let far = self.far.left(lists, &cone)?;
+            let is_dark = (0..M::Value::CHANNELS).all(|channel| far.channel(channel) < DARK);
+            let is_clear = match near_is_clear {
+                _ if is_dark => true,
+                Some(is_clear) => is_clear,
+                None => *near_is_clear.insert(self.is_clear(lists, &receiver)?),
+            };
+            if is_clear {
+                mean.add(far);
+                continue;
+            }
+            let size = parts.counts.map(|count| f64::from(count).recip());
+            let corner = [0, 1].map(|axis| middle[axis] - size[axis] / 2.0);
+            let cells = Cells { corner, size, side };
+            let near = self.near(point, light, least, &cells);
+            mean.add(M::Value::from_channels(|c| near.channel(c) * far.channel(c)));
+        }
+        Ok(mean.of(count))
+    }
+
+    /// True if the map shows nothing between a receiver and where rays end.
+    fn is_clear(&self, lists: &M::Lists, receiver: &LightCone) -> Result<bool, M::Error> {
+        let depth = receiver.w.recip();
+        let behind = depth + BEHIND * self.frame().footprint(depth);
+        // The cone, and the texel that a fragment may stand for.
+        let radius = self.reach / 2.0 + 0.75;
+        let known = self.far.map().known();
+        known.is_clear(lists, receiver.place, radius, [behind.recip(), receiver.least])
+    }
+
+    /// What short rays to some cells of the light leave, which end at `least`.
+    fn near(&self, point: &ShadedPoint, light: &AreaLight, least: f64, cells: &Cells) -> M::Value {
+        let from = self.frame().camera_point(point.position).z;
+        let mut mean = LightMean::<M::Value>::new();
+        let mut state = point.seed;
+        for [u, v] in cells.places(&mut state) {
+            let to = light.at(point.position, u, v);
+            let to_depth = self.frame().camera_point(to).z;
+            let share = ((least.recip() - from) / (to_depth - from)).clamp(0.0, 1.0);
+            let end = if share.is_nan() { to } else { point.position.lerp(to, share) };
+            let Ok(left) = self.near.transmittance(point.position, end, 0.5);
+            mean.add(left);
+        }
+        mean.of(cells.side * cells.side)
+    }
+
+    /// What the whole ray to a point of the light leaves.
+    fn whole(&self, point: &ShadedPoint, light: &AreaLight) -> M::Value {
+        let to = light.at(point.position, 0.5, 0.5);
+        let Ok(left) = self.near.transmittance(point.position, to, 0.5);
+        left
+    }
+}
+
+/// A part of a light in cells of which each has a ray.
+struct Cells {
+    corner: [f64; 2],
+    size: [f64; 2],
+    side: u32,
+}
+
+impl Cells {
+    /// A place in each cell, in [0, 1]² of the light.
+    fn places<'a>(&'a self, state: &'a mut u64) -> impl Iterator<Item = [f64; 2]> + 'a {
+        (0..self.side * self.side).map(move |cell| {
+            let jitter = [unit(next_bits(state)), unit(next_bits(state))];
+            let at = [cell % self.side, cell / self.side];
+            [0, 1].map(|axis| {
+                let within = (f64::from(at[axis]) + jitter[axis]) / f64::from(self.side);
+                (self.corner[axis] + self.size[axis] * within).clamp(0.0, 1.0)
+            })
+        })
+    }
+}
+
+impl<M, N> LightVisibility for HybridShadow<M, N>
+where
+    M: PrefilteredSource,
+    N: OcclusionTracer<Value = M::Value, Error = Infallible>,
+{
+    type Value = M::Value;
+    type Error = M::Error;
+
+    fn visibility(
+        &self,
+        receiver: DVec3,
+        light: &AreaLight,
+        seed: u64,
+    ) -> Result<M::Value, M::Error> {
+        let point = ShadedPoint { position: receiver, facing: Facing::Light, seed };
+        self.far.map().with_lists(|lists| self.factor(lists, &point, light))
+    }
+
+    fn visibilities(
+        &self,
+        points: &[ShadedPoint],
+        light: &AreaLight,
+        values: &mut Vec<M::Value>,
+    ) -> Result<(), M::Error> {
+        self.far.map().with_lists(|lists| {
+            for point in points {
+                values.push(self.factor(lists, point, light)?);
+            }
+            Ok(())
+        })
+    }
+}
