@@ -16,7 +16,7 @@ use super::source::PrefilteredSource;
 
 /// How far short rays go unless another reach is set: to where the light's cone is so
 /// many texels wide.
-const REACH: f64 = 2.0;
+const REACH: f64 = 8.0;
 
 /// Less light than this from beyond is worth no rays.
 const DARK: f32 = 0.02;
@@ -42,7 +42,7 @@ where
     M: PrefilteredSource,
     N: OcclusionTracer<Value = M::Value, Error = Infallible>,
 {
-    /// 16 rays a receiver, to where the light's cone is two texels wide.
+    /// 16 rays a receiver, to where the light's cone is eight texels wide.
     #[must_use]
     pub const fn new(far: PrefilteredShadow<M>, near: N) -> Self {
         Self { far, near, rays: 16, reach: REACH }
@@ -88,7 +88,7 @@ where
             return Ok(self.whole(point, light));
         }
         let least = receiver.w + self.reach / parts.rate;
-        let receiver = LightCone { least, ..receiver };
+        let receiver = LightCone { least, ..self.far.on_its_surface(lists, receiver)? };
         let count = parts.counts[0] * parts.counts[1];
         let side = f64::from(self.rays / count).sqrt().round().max(1.0) as u32;
         let mut near_is_clear = None;

@@ -12,7 +12,7 @@ use mtsm::detail::{Layers, Mtsm, bake_layers, bake_mtsm};
 use mtsm::{MultilayerBaker, MultilayerSettings};
 use shadow_maps::detail::{
     FragmentBuilder, FragmentMap, Fragments, ListBuilder, PrefilterSettings, Prefiltered,
-    bake_fragments, bake_prefiltered,
+    PrefilteredMap, bake_fragments, bake_prefiltered,
 };
 
 pub(crate) type Ray<T> = fn(SamplePoint, &mut RayHits<T>) -> Result<(), Error>;
@@ -112,6 +112,15 @@ pub(crate) fn foggy_map<T: Transmittance>() -> FragmentMap<T> {
 pub(crate) fn lists() -> (ListBuilder, PrefilterSettings) {
     let builder = ListBuilder::new(camera(), [6, 5], 0.25).unwrap();
     (builder.with_layers(32).unwrap(), PrefilterSettings::default().with_stack_size(Some(3)))
+}
+
+/// The same map in memory.
+pub(crate) fn list_map<T: Transmittance>() -> PrefilteredMap<T> {
+    let (builder, settings) = lists();
+    let source: RaySource<Ray<T>> = RaySource(sheets::<T>);
+    let collected = builder.collect(&source, |_| ControlFlow::Continue(())).unwrap().unwrap();
+    let (lists, _) = builder.sort(collected).unwrap();
+    PrefilteredMap::new(*builder.frame(), lists, &settings, 0.0).unwrap()
 }
 
 /// The file of a map.

@@ -3,14 +3,17 @@
 use std::ops::ControlFlow;
 
 use dsm_core::{AreaLight, LightVisibility, Rgb, Transmittance};
-use dsm_io::detail::MapKind;
+use dsm_io::detail::{MapKind, TileCache};
 use dsm_io::{Error, Limits, MapReader, Packing};
 use glam::DVec3;
 use mtsm::MultilayerMap;
 use mtsm::detail::{Layers, Mtsm, MultilayerDepthMap, bake_mtsm};
-use shadow_maps::detail::{FragmentMap, FragmentTracer, Fragments};
+use shadow_maps::detail::{
+    Accumulate, CachedPrefiltered, FragmentMap, FragmentTracer, Fragments, Prefiltered,
+    PrefilteredMap, PrefilteredShadow,
+};
 
-use crate::examples::{FOGGY, KINDS, baker, file, foggy_map, fragment_map, open, read};
+use crate::examples::{FOGGY, KINDS, baker, file, foggy_map, fragment_map, list_map, open, read};
 
 const PACKINGS: [Packing; 2] = [Packing::Plain, Packing::Zstd];
 
@@ -90,6 +93,42 @@ fn check_fragments<T: Transmittance>(name: &str, map: &FragmentMap<T>) {
         let [a, b] = tracers.map(kept);
         assert_eq!(a, b);
     }
+}
+
+fn check_prefiltered<T: Transmittance>() {
+    let map = list_map::<T>();
+    for packing in PACKINGS {
+        let reader = read::<Prefiltered>(file::<T>(Prefiltered::NAME, packing)).unwrap();
+        assert!(reader.verify().is_empty());
+        let found = PrefilteredMap::<T>::read(&reader).unwrap();
+        assert!(found.levels().eq(map.levels()));
+        let fragments = map.levels().next().unwrap().0.len() as u64;
+        assert_eq!(reader.summary().unwrap().count("fragments"), Some(fragments));
+        // Looked up through tiles, or in the map: the same bits.
+        let light = AreaLight::rectangle(DVec3::NEG_Z / 4.0, DVec3::X * 0.3, DVec3::Y * 0.2);
+        let cached = TileCache::new(1 << 20).insert::<T, _>(reader).unwrap();
+        let cached = CachedPrefiltered::new(cached).unwrap();
+        let mut dark = 0;
+        for mode in Accumulate::ALL {
+            let in_memory = PrefilteredShadow::new(&map).with_accumulate(mode);
+            let in_file = PrefilteredShadow::new(&cached).with_accumulate(mode);
+            for at in 0..60_u32 {
+                let [x, y] = [at % 10, at / 10].map(|side| f64::from(side) / 4.0 - 1.0);
+                let depth = 2.1 + f64::from(at % 7) / 4.0;
+                let receiver = DVec3::new(x * depth, y * depth, -depth);
+                let Ok(expected) = in_memory.visibility(receiver, &light, 0);
+                assert_eq!(in_file.visibility(receiver, &light, 0).unwrap(), expected);
+                dark += usize::from(expected != T::CLEAR);
+            }
+        }
+        assert!(dark > 80, "{dark}");
+    }
+}
+
+#[test]
+fn prefiltered_maps_come_back() {
+    check_prefiltered::<f32>();
+    check_prefiltered::<Rgb>();
 }
 
 #[test]
