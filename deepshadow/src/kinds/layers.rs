@@ -25,18 +25,7 @@ impl ShadowKind for Layers {
         if settings.coverage.is_some() {
             return refuse("--coverage", "fragments");
         }
-        layered::check(settings)?;
-        if settings.resets.is_some() {
-            return refuse("--resets", "mtsm");
-        }
-        if settings.tolerance.is_some() {
-            return refuse("--tolerance", "deep, fragments or mtsm");
-        }
-        if settings.samples.is_some_and(|samples| samples != 1) {
-            let reason = "a map of kind layers has one sample a pixel";
-            return Err(Error::Unsupported(reason.to_owned()));
-        }
-        Ok(())
+        check_surfaces(settings)
     }
 
     fn open(&self, container: Container, options: &OpenOptions) -> Result<Box<dyn OpenMap>> {
@@ -46,6 +35,22 @@ impl ShadowKind for Layers {
     fn bake(&self, job: &Job<'_>, output: &Path) -> Result<BakeReport> {
         layered::bake::<Self>(job, output)
     }
+}
+
+/// Whether nothing was set that kinds which keep surfaces as they are do not have.
+pub(super) fn check_surfaces(settings: &Bake) -> Result<()> {
+    layered::check(settings)?;
+    if settings.resets.is_some() {
+        return refuse("--resets", "mtsm");
+    }
+    if settings.tolerance.is_some() {
+        return refuse("--tolerance", "deep, fragments or mtsm");
+    }
+    if settings.samples.is_some_and(|samples| samples != 1) {
+        let kind = settings.kind.name();
+        return Err(Error::Unsupported(format!("a map of kind {kind} has one sample a pixel")));
+    }
+    Ok(())
 }
 
 impl BakeFromBehind for Layers {
