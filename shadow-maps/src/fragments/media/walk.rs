@@ -46,8 +46,9 @@ impl MediaRay {
                 (u, end) = (u.max(a.min(b)), end.min(a.max(b)));
             }
         }
-        // With NaN there is no way.
-        if !(u < end) {
+        // Not with NaN.
+        let has_way = u < end;
+        if !has_way {
             return;
         }
         let mut cell = [0; 2];
