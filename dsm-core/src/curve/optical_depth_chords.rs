@@ -40,7 +40,7 @@ const COARSER: f64 = 4.0;
 /// let vertices = chords.build(hits.segments(), 0.0);
 /// assert_eq!((vertices[0].z, vertices[0].value), (1.0, [0.0]));
 /// assert!((vertices[vertices.len() - 1].value[0] - 2.0).abs() < 1e-12);
-/// assert!(vertices.len() < 10);
+/// assert!(vertices.len() < 20);
 /// # Ok::<(), dsm_core::Error>(())
 /// ```
 #[derive(Clone, Debug)]
