@@ -1,7 +1,7 @@
 //! The page of prefiltered maps.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::Path;
 
 use anyhow::{Context, Result};
 use dsm_io::{Packing, WriteOptions};
@@ -32,7 +32,7 @@ impl Compared {
     /// # Errors
     ///
     /// What a file is not.
-    pub fn open(folder: &PathBuf, every: usize) -> Result<Self> {
+    pub fn open(folder: &Path, every: usize) -> Result<Self> {
         let peer = PeerScene::open(folder, "reference.csv", every)?;
         let told = std::fs::read_to_string(folder.join("embree.txt")).ok();
         let embree = told.map(|text| text.trim().parse()).transpose();
@@ -140,7 +140,7 @@ fn sizes(peer: &PeerScene) -> Result<String> {
     let view = peer.scene.light.raster([1024; 2])?;
     let builder = ListBuilder::new(view.shadow_camera(), view.resolution(), 0.0)?;
     let source = dsm_scene::SceneRasterizer::<f32>::new(&peer.scene, view)?;
-    let mut bytes = |settings: PrefilterSettings| -> Result<f64> {
+    let bytes = |settings: PrefilterSettings| -> Result<f64> {
         let options = WriteOptions::default().with_packing(Packing::Zstd);
         let describe = |metadata: &mut dsm_io::Metadata| {
             metadata.info.light = Some(peer.scene.light.extent);
