@@ -5,9 +5,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use dsm_io::{Packing, WriteOptions};
-use shadow_maps::detail::{
-    Accumulate, Epsilon, ListBuilder, PrefilterSettings, bake_prefiltered,
-};
+use shadow_maps::detail::{Accumulate, Epsilon, ListBuilder, PrefilterSettings, bake_prefiltered};
 
 use super::peer::PeerScene;
 use super::run::{Outcome, Setup, run};
@@ -61,16 +59,18 @@ fn variants() -> Vec<(&'static str, Setup)> {
         ("with normals", Setup { normals: true, ..default() }),
         ("with normals, light in 2 × 2", Setup { normals: true, splits: 2, ..default() }),
         ("hybrid, 16 rays", Setup { hybrid: Some((16, 8.0)), ..default() }),
-        ("hybrid, 64 rays, light in 2 × 2", Setup {
-            hybrid: Some((64, 8.0)),
-            splits: 2,
-            ..default()
-        }),
-        ("as published", Setup {
-            filtering: PrefilterSettings::paper(),
-            accumulate: Accumulate::Add,
-            ..default()
-        }),
+        (
+            "hybrid, 64 rays, light in 2 × 2",
+            Setup { hybrid: Some((64, 8.0)), splits: 2, ..default() },
+        ),
+        (
+            "as published",
+            Setup {
+                filtering: PrefilterSettings::paper(),
+                accumulate: Accumulate::Add,
+                ..default()
+            },
+        ),
         ("1 layer", Setup { layers: Some(1), ..default() }),
         ("2 layers", Setup { layers: Some(2), ..default() }),
         ("ε 2w", widths(2.0)),

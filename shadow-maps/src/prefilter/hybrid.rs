@@ -10,7 +10,7 @@ use dsm_core::{
 use dsm_trace::detail::{LightFrame, LightMean};
 use glam::DVec3;
 
-use super::lookup::LightCone;
+use super::lookup::{LightCone, ReceiverPlane};
 use super::shadow::PrefilteredShadow;
 use super::source::PrefilteredSource;
 
@@ -103,7 +103,7 @@ where
             let is_clear = match near_is_clear {
                 _ if is_dark => true,
                 Some(is_clear) => is_clear,
-                None => *near_is_clear.insert(self.is_clear(lists, &receiver)?),
+                None => *near_is_clear.insert(self.is_clear(lists, &cone, parts.counts)?),
             };
             if is_clear {
                 mean.add(far);
@@ -118,14 +118,27 @@ where
         Ok(mean.of(count))
     }
 
-    /// True if the map shows nothing between a receiver and where rays end.
-    fn is_clear(&self, lists: &M::Lists, receiver: &LightCone) -> Result<bool, M::Error> {
-        let depth = receiver.w.recip();
-        let behind = depth + BEHIND * self.frame().footprint(depth);
+    /// True if the map shows nothing between a receiver and where rays end. What lies in
+    /// the receiver's plane is nothing if the whole light, of so many parts, is seen above it.
+    fn is_clear(
+        &self,
+        lists: &M::Lists,
+        cone: &LightCone,
+        parts: [u32; 2],
+    ) -> Result<bool, M::Error> {
+        let depth = cone.w.recip();
+        let behind = (depth + BEHIND * self.frame().footprint(depth)).recip();
+        // How fast the ray that is nearest to the plane falls towards it.
+        let falls = |plane: ReceiverPlane| {
+            let half = cone.rate * f64::from(parts[0].max(parts[1])) / 2.0;
+            let of = |axis: usize| plane.slope[axis] * cone.slope[axis];
+            of(0) + of(1) + half * (plane.slope[0].abs() + plane.slope[1].abs())
+        };
+        let is_above = cone.plane.is_some_and(|plane| plane.is_lit && falls(plane) < 0.9);
         // The cone, and the texel that a fragment may stand for.
-        let radius = self.reach / 2.0 + 0.75;
-        let known = self.far.map().known();
-        known.is_clear(lists, receiver.place, radius, [behind.recip(), receiver.least])
+        let radius = f64::from(parts[0].max(parts[1])) * self.reach / 2.0 + 0.75;
+        let behind = (!is_above).then_some(behind);
+        self.far.map().known().is_clear(lists, cone, radius, behind)
     }
 
     /// What short rays to some cells of the light leave, which end at `least`.
