@@ -1,13 +1,11 @@
 //! The page of prefiltered maps.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::Path;
 
 use anyhow::{Context, Result};
 use dsm_io::{Packing, WriteOptions};
-use shadow_maps::detail::{
-    Accumulate, Epsilon, ListBuilder, PrefilterSettings, bake_prefiltered,
-};
+use shadow_maps::detail::{Accumulate, Epsilon, ListBuilder, PrefilterSettings, bake_prefiltered};
 
 use super::peer::PeerScene;
 use super::run::{Outcome, Setup, run};
@@ -32,7 +30,7 @@ impl Compared {
     /// # Errors
     ///
     /// What a file is not.
-    pub fn open(folder: &PathBuf, every: usize) -> Result<Self> {
+    pub fn open(folder: &Path, every: usize) -> Result<Self> {
         let peer = PeerScene::open(folder, "reference.csv", every)?;
         let told = std::fs::read_to_string(folder.join("embree.txt")).ok();
         let embree = told.map(|text| text.trim().parse()).transpose();
@@ -61,16 +59,18 @@ fn variants() -> Vec<(&'static str, Setup)> {
         ("with normals", Setup { normals: true, ..default() }),
         ("with normals, light in 2 × 2", Setup { normals: true, splits: 2, ..default() }),
         ("hybrid, 16 rays", Setup { hybrid: Some((16, 8.0)), ..default() }),
-        ("hybrid, 64 rays, light in 2 × 2", Setup {
-            hybrid: Some((64, 8.0)),
-            splits: 2,
-            ..default()
-        }),
-        ("as published", Setup {
-            filtering: PrefilterSettings::paper(),
-            accumulate: Accumulate::Add,
-            ..default()
-        }),
+        (
+            "hybrid, 64 rays, light in 2 × 2",
+            Setup { hybrid: Some((64, 8.0)), splits: 2, ..default() },
+        ),
+        (
+            "as published",
+            Setup {
+                filtering: PrefilterSettings::paper(),
+                accumulate: Accumulate::Add,
+                ..default()
+            },
+        ),
         ("1 layer", Setup { layers: Some(1), ..default() }),
         ("2 layers", Setup { layers: Some(2), ..default() }),
         ("ε 2w", widths(2.0)),
@@ -140,7 +140,7 @@ fn sizes(peer: &PeerScene) -> Result<String> {
     let view = peer.scene.light.raster([1024; 2])?;
     let builder = ListBuilder::new(view.shadow_camera(), view.resolution(), 0.0)?;
     let source = dsm_scene::SceneRasterizer::<f32>::new(&peer.scene, view)?;
-    let mut bytes = |settings: PrefilterSettings| -> Result<f64> {
+    let bytes = |settings: PrefilterSettings| -> Result<f64> {
         let options = WriteOptions::default().with_packing(Packing::Zstd);
         let describe = |metadata: &mut dsm_io::Metadata| {
             metadata.info.light = Some(peer.scene.light.extent);

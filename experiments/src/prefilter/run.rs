@@ -1,6 +1,6 @@
 //! One map of a scene, and its lookups.
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use dsm_core::{AreaLight, LightVisibility, Progress, ShadedPoint};
 use dsm_scene::SceneRasterizer;
 use dsm_scene::detail::SceneReference;
@@ -91,7 +91,8 @@ pub fn build(peer: &PeerScene, setup: &Setup) -> Result<(PrefilteredMap<f32>, [f
     }
     let started = processor_time();
     let source = SceneRasterizer::<f32>::new(&peer.scene, view)?;
-    let collected = builder.collect::<f32, _>(&source, Progress::ignore)?.unwrap();
+    let collected = builder.collect::<f32, _>(&source, Progress::ignore)?;
+    let collected = collected.context("broken off")?;
     let collect = processor_time() - started;
     let (lists, _) = builder.sort(collected)?;
     let sort = processor_time() - started - collect;

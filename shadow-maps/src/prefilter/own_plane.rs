@@ -86,3 +86,55 @@ fn plane_through(places: &[[f64; 3]]) -> Option<[f64; 3]> {
     // Texels stand one apart: those in one row tell no plane.
     (normal.determinant() > 0.5).then(|| (normal.inverse() * right).to_array())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::level_plan::LevelPlan;
+    use super::super::lists::FragmentLists;
+    use super::super::map::PrefilteredMap;
+    use super::*;
+    use crate::fragments::oracle::frame;
+
+    /// Fragments at these w; of those below 0 none.
+    fn map(w: impl Fn(f64, f64) -> f64) -> PrefilteredMap<f32> {
+        let mut lists = FragmentLists::new([8, 8]);
+        for texel in 0..64_u32 {
+            let own = w(f64::from(texel % 8) + 0.5, f64::from(texel / 8) + 0.5);
+            // Others far before and far behind it.
+            lists.push(0.9, 1.0);
+            if own > 0.0 {
+                lists.push(own as f32, 1.0);
+            }
+            lists.push(0.01, 1.0);
+            lists.finish_texel().unwrap();
+        }
+        let geometry = LevelPlan::BASE.geometry([8, 8]).unwrap();
+        PrefilteredMap::of_levels(frame([8, 8], 0.0), vec![lists], geometry)
+    }
+
+    fn found(map: &PrefilteredMap<f32>, place: [f64; 2], w: f64) -> Option<[f64; 2]> {
+        let Ok(found) = own_plane::<f32, _>(map, [8, 8], place, w, 0.01);
+        found
+    }
+
+    #[test]
+    fn a_plane_is_found_and_nothing_else() {
+        let on_plane = |x: f64, y: f64| 0.25 + 0.02 * x - 0.005 * y;
+        let place = [3.3, 4.8];
+        let w = on_plane(place[0], place[1]);
+        let [right, down] = found(&map(on_plane), place, w).unwrap();
+        assert!((right - 0.02).abs() < 1e-6 && (down + 0.005).abs() < 1e-6, "{right} {down}");
+        // In part of the texels only, as at an outline.
+        let edge = map(|x, y| if x < 4.0 { on_plane(x, y) } else { -1.0 });
+        let [right, _] = found(&edge, place, w).unwrap();
+        assert!((right - 0.02).abs() < 1e-6);
+        let corner = map(|x, y| if x < 4.0 && y < 5.0 { on_plane(x, y) } else { -1.0 });
+        assert_eq!(found(&corner, place, w), None);
+        // Off the plane, on none, too steep, or next to the border.
+        assert_eq!(found(&map(on_plane), place, w - 0.02), None);
+        let rough = map(|x, y| on_plane(x, y) + 0.03 * ((x * 7.0 + y * 3.0) % 2.0));
+        assert_eq!(found(&rough, place, w), None);
+        assert_eq!(found(&map(|x, _| 0.1 + 0.1 * x), place, 0.1 + 0.33), None);
+        assert_eq!(found(&map(on_plane), [0.3, 4.8], on_plane(0.3, 4.8)), None);
+    }
+}
