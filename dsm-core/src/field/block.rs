@@ -13,8 +13,8 @@ use crate::transmittance::Transmittance;
 /// The weighted average over the pixels that have a weight; `None` if there
 /// is none.
 #[inline(always)]
-pub(super) fn weighted_average<S: Simd, F: VisibilityField>(
-    simd: S,
+pub(super) fn weighted_average<R: Runs, F: VisibilityField>(
+    runs: R,
     field: &F,
     receiver: &Receiver,
     weights: impl PixelWeights,
@@ -23,7 +23,7 @@ pub(super) fn weighted_average<S: Simd, F: VisibilityField>(
     let columns = pixels_between(receiver, 0, [-across, across], width);
     let rows = pixels_between(receiver, 1, [-down, down], height);
     let mut block = WeightedBlock {
-        simd,
+        runs,
         receiver,
         weights,
         bounds: [columns, rows],
@@ -52,8 +52,8 @@ fn pixels_between(
 }
 
 /// Adds the pixels around a receiver to a mean, each with its weight.
-struct WeightedBlock<'a, S, T: Transmittance, W> {
-    simd: S,
+pub(super) struct WeightedBlock<'a, R, T: Transmittance, W> {
+    runs: R,
     receiver: &'a Receiver,
     weights: W,
     bounds: [Range<u32>; 2],
@@ -68,7 +68,7 @@ struct WeightedBlock<'a, S, T: Transmittance, W> {
     mean: WeightedMean<T>,
 }
 
-impl<S: Simd, T: Transmittance, W: PixelWeights> BlockVisitor<T> for WeightedBlock<'_, S, T, W> {
+impl<R: Runs, T: Transmittance, W: PixelWeights> BlockVisitor<T> for WeightedBlock<'_, R, T, W> {
     #[inline(always)]
     fn bounds(&self) -> [Range<u32>; 2] {
         self.bounds.clone()
@@ -115,24 +115,73 @@ impl<S: Simd, T: Transmittance, W: PixelWeights> BlockVisitor<T> for WeightedBlo
         pixels: PixelListsView<'_, T>,
         first: usize,
     ) -> u64 {
-        let at = [f64::from(self.receiver.position[0]), self.dy];
+        self.runs.take(self, columns, pixels, first)
+    }
+}
+
+/// How runs of pixel lists are added to a mean: by vectors, or one by one.
+pub(super) trait Runs: Copy {
+    /// What [`BlockVisitor::take_run`] does.
+    fn take<T: Transmittance, W: PixelWeights>(
+        self,
+        block: &mut WeightedBlock<'_, Self, T, W>,
+        columns: Range<u32>,
+        pixels: PixelListsView<'_, T>,
+        first: usize,
+    ) -> u64;
+}
+
+/// One by one, for fields that have no runs.
+#[derive(Clone, Copy)]
+pub(super) struct OneByOne;
+
+impl Runs for OneByOne {
+    #[inline(always)]
+    fn take<T: Transmittance, W: PixelWeights>(
+        self,
+        block: &mut WeightedBlock<'_, Self, T, W>,
+        columns: Range<u32>,
+        pixels: PixelListsView<'_, T>,
+        first: usize,
+    ) -> u64 {
+        let mut asked = 0;
+        for (column, pixel) in columns.zip(first..) {
+            if let Some(depth) = block.depth(column) {
+                block.take(pixels.function(pixel).at(depth));
+                asked += 1;
+            }
+        }
+        asked
+    }
+}
+
+impl<S: Simd> Runs for S {
+    #[inline(always)]
+    fn take<T: Transmittance, W: PixelWeights>(
+        self,
+        block: &mut WeightedBlock<'_, Self, T, W>,
+        columns: Range<u32>,
+        pixels: PixelListsView<'_, T>,
+        first: usize,
+    ) -> u64 {
+        let at = [f64::from(block.receiver.position[0]), block.dy];
         let (mut column, mut pixel, mut asked) = (columns.start, first, 0);
         while column < columns.end {
             let count = ((columns.end - column) as usize).min(STRIP);
-            let weights = self.weights.strip(self.simd, column, count, at);
+            let weights = block.weights.strip(self, column, count, at);
             for &weight in &weights[..count] {
-                let weight = self.row * weight;
+                let weight = block.row * weight;
                 if weight > 0.0 {
-                    let offset = [self.receiver.offset(0, column), self.dy];
-                    let depth = self.common_depth.or_else(|| self.receiver.depth_at(offset));
+                    let offset = [block.receiver.offset(0, column), block.dy];
+                    let depth = block.common_depth.or_else(|| block.receiver.depth_at(offset));
                     let value = match depth {
                         Some(depth) => {
                             asked += 1;
-                            pixels.evaluate(self.simd, pixel, depth)
+                            pixels.evaluate(self, pixel, depth)
                         }
                         None => T::CLEAR,
                     };
-                    self.mean.add(weight, value);
+                    block.mean.add(weight, value);
                 }
                 (column, pixel) = (column + 1, pixel + 1);
             }

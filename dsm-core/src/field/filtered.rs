@@ -1,9 +1,9 @@
 //! Filtered shadow lookups (Lokovic & Veach 2000, §3.4):
 //! V(x, y, z) = Σ wᵢⱼ Vᵢⱼ(z) / Σ wᵢⱼ over the pixels that the filter reaches.
 
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Level, dispatch};
 
-use super::block::weighted_average;
+use super::block::{OneByOne, Runs, weighted_average};
 use super::footprint::{Ellipse, Footprint};
 use super::receiver::Receiver;
 use super::visibility_field::VisibilityField;
@@ -46,18 +46,20 @@ pub fn filtered_lookup<F: VisibilityField>(
 ) -> Result<F::Value, F::Error> {
     let [width, height] = field.size();
     let extent = Extent([f64::from(width), f64::from(height)]);
-    if receiver.is_shaded_by(extent) {
+    if !receiver.is_shaded_by(extent) {
+        Ok(F::Value::CLEAR)
+    } else if F::HAS_RUNS {
         dispatch!(Level::new(), simd => average(simd, field, receiver, footprint, extent))
     } else {
-        Ok(F::Value::CLEAR)
+        average(OneByOne, field, receiver, footprint, extent)
     }
 }
 
 /// The average over `footprint` around a receiver inside the field, of which
 /// `extent` lies in the map.
 #[inline(always)]
-pub(super) fn average<S: Simd, F: VisibilityField>(
-    simd: S,
+pub(super) fn average<R: Runs, F: VisibilityField>(
+    runs: R,
     field: &F,
     receiver: &Receiver,
     footprint: &Footprint,
@@ -66,11 +68,11 @@ pub(super) fn average<S: Simd, F: VisibilityField>(
     let average = match *footprint {
         Footprint::Point => None,
         Footprint::Isotropic(filter) => {
-            weighted_average(simd, field, receiver, Separable::new(filter, extent))?
+            weighted_average(runs, field, receiver, Separable::new(filter, extent))?
         }
         Footprint::Elliptical { shape, axes } => {
             let ellipse = Ellipse::new(shape, axes);
-            weighted_average(simd, field, receiver, Radial { ellipse, extent })?
+            weighted_average(runs, field, receiver, Radial { ellipse, extent })?
         }
     };
     match average {
@@ -154,9 +156,7 @@ mod tests {
             // The last row and column lie partly outside, as in a level.
             let extent = Extent([22.25, 8.5]);
             let at = |level| dispatch!(level, simd => average(simd, &map, &receiver, &footprint, extent));
-            let single = dispatch!(Level::new(), simd => {
-                average(simd, &Single(&map), &receiver, &footprint, extent)
-            });
+            let single = average(OneByOne, &Single(&map), &receiver, &footprint, extent);
             let bits = |Ok(value): Result<T, _>| {
                 (0..T::CHANNELS).map(|c| value.channel(c).to_bits()).collect::<Vec<_>>()
             };

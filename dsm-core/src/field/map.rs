@@ -58,6 +58,7 @@ impl<T: Transmittance> DeepMap<T> {
 impl<T: Transmittance> VisibilityField for DeepMap<T> {
     type Value = T;
     type Error = std::convert::Infallible;
+    const HAS_RUNS: bool = true;
 
     fn size(&self) -> [u32; 2] {
         let view = self.pixels.view();

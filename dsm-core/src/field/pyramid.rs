@@ -1,8 +1,9 @@
 //! Lookups in a mip pyramid (Lokovic & Veach 2000, §5.3): filters of any
 //! width at the cost of a narrow one.
 
-use fearless_simd::{Level as SimdLevel, Simd, dispatch};
+use fearless_simd::{Level as SimdLevel, dispatch};
 
+use super::block::{OneByOne, Runs};
 use super::filtered::average;
 use super::footprint::Footprint;
 use super::receiver::Receiver;
@@ -157,43 +158,54 @@ impl<F: VisibilityField> Pyramid<F> {
         };
         // A NaN becomes 0.
         let level = level.max(0.0).min((self.levels.len() - 1) as f64);
-        dispatch!(SimdLevel::new(), simd => self.lookup_between(simd, receiver, footprint, level))
+        if F::HAS_RUNS {
+            dispatch!(SimdLevel::new(), simd => self.lookup_between(simd, receiver, footprint, level))
+        } else {
+            self.lookup_between(OneByOne, receiver, footprint, level)
+        }
     }
 
     /// The answer at a level, or between two, to a receiver inside the map.
     #[inline(always)]
-    fn lookup_between<S: Simd>(
+    fn lookup_between<R: Runs>(
         &self,
-        simd: S,
+        runs: R,
         receiver: &Receiver,
         footprint: &Footprint,
         level: f64,
     ) -> Result<F::Value, F::Error> {
-        let (finer, share) = (level as usize, level.fract());
-        let fine = self.lookup_level(simd, receiver, footprint, finer)?;
-        if share == 0.0 {
-            return Ok(fine);
+        let (mut index, share) = (level as usize, level.fract());
+        let mut finer: Option<F::Value> = None;
+        // A loop, and not two calls: what it holds is large, and compiled for every
+        // instruction set.
+        loop {
+            let light = self.lookup_level(runs, receiver, footprint, index)?;
+            match finer {
+                None if share == 0.0 => return Ok(light),
+                None => (finer, index) = (Some(light), index + 1),
+                // Both products are monotone, so their sum is.
+                Some(finer) => {
+                    return Ok(F::Value::from_channels(|channel| {
+                        let fine = f64::from(finer.channel(channel));
+                        let coarse = f64::from(light.channel(channel));
+                        ((1.0 - share) * fine + share * coarse) as f32
+                    }));
+                }
+            }
         }
-        let coarse = self.lookup_level(simd, receiver, footprint, finer + 1)?;
-        // Both products are monotone, so their sum is.
-        Ok(F::Value::from_channels(|channel| {
-            let fine = f64::from(fine.channel(channel));
-            let coarse = f64::from(coarse.channel(channel));
-            ((1.0 - share) * fine + share * coarse) as f32
-        }))
     }
 
     /// The answer of one level to a receiver inside the map.
     #[inline(always)]
-    fn lookup_level<S: Simd>(
+    fn lookup_level<R: Runs>(
         &self,
-        simd: S,
+        runs: R,
         receiver: &Receiver,
         footprint: &Footprint,
         level: usize,
     ) -> Result<F::Value, F::Error> {
         let Place { scale, extent } = self.places[level];
         let (receiver, footprint) = (receiver.scaled(scale), footprint.scaled(scale));
-        average(simd, &self.levels[level], &receiver, &footprint, extent)
+        average(runs, &self.levels[level], &receiver, &footprint, extent)
     }
 }

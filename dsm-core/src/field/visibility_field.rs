@@ -39,6 +39,10 @@ pub trait VisibilityField {
     type Value: Transmittance;
     /// The error of reading a pixel; [`std::convert::Infallible`] in memory.
     type Error;
+    /// Whether [`Self::evaluate_block`] hands over runs of pixel lists
+    /// ([`BlockVisitor::take_run`]), which vectors search. Lookups of other fields
+    /// are compiled once, not once an instruction set.
+    const HAS_RUNS: bool = false;
 
     /// Width and height in pixels.
     fn size(&self) -> [u32; 2];
@@ -79,6 +83,7 @@ pub trait VisibilityField {
 impl<F: VisibilityField> VisibilityField for &F {
     type Value = F::Value;
     type Error = F::Error;
+    const HAS_RUNS: bool = F::HAS_RUNS;
 
     fn size(&self) -> [u32; 2] {
         (**self).size()

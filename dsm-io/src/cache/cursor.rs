@@ -199,6 +199,7 @@ impl<T: Transmittance, K: MapKind> LookupCursor<T, K> {
 impl<T: Transmittance, K: FieldKind> VisibilityField for LookupCursor<T, K> {
     type Value = T;
     type Error = Error;
+    const HAS_RUNS: bool = K::HAS_RUNS;
 
     fn size(&self) -> [u32; 2] {
         self.size

@@ -117,6 +117,7 @@ const MOST_PREFETCHED: usize = 1 << 14;
 
 impl FieldKind for Deep {
     type View<'t, T: Transmittance> = PixelListsView<'t, T>;
+    const HAS_RUNS: bool = true;
 
     #[inline(always)]
     fn view<T: Transmittance>(tile: &PixelLists<T>) -> PixelListsView<'_, T> {

@@ -150,6 +150,9 @@ pub trait FieldKind: MapKind {
     /// What the pixels of a tile are asked through: the tile itself, or slices of
     /// its columns, which are found once for many pixels.
     type View<'t, T: Transmittance>: Copy;
+    /// Whether [`Self::evaluate_run`] hands over pixel lists; see
+    /// [`VisibilityField::HAS_RUNS`](dsm_core::VisibilityField::HAS_RUNS).
+    const HAS_RUNS: bool = false;
 
     /// The view of a tile. O(1).
     fn view<T: Transmittance>(tile: &Self::Tile<T>) -> Self::View<'_, T>;

@@ -81,25 +81,39 @@ fn opacities(image: DynamicImage, channel: Channel) -> Vec<u8> {
     if !has_alpha && channel == Channel::Alpha {
         return Vec::new();
     }
-    if !image.color().has_color() && !has_alpha {
-        return image.into_luma8().into_raw();
-    }
-    let pixels = image.into_rgba8().into_raw();
-    let of = |at: usize| pixels.chunks_exact(4).map(move |pixel| pixel[at]).collect::<Vec<u8>>();
+    let (parts, count) = parts(image);
+    let pixels = || parts.chunks_exact(count);
+    let of = |at: usize| pixels().map(|pixel| pixel[at]).collect::<Vec<u8>>();
+    // Grey is red, green and blue.
+    let colour = |at: usize| if count < 3 { 0 } else { at };
     match channel {
         Channel::Red => return of(0),
-        Channel::Green => return of(1),
-        Channel::Blue => return of(2),
-        Channel::Alpha => return of(3),
+        Channel::Green => return of(colour(1)),
+        Channel::Blue => return of(colour(2)),
+        Channel::Alpha => return of(count - 1),
         Channel::AlphaOrBrightness if has_alpha => {
-            let alphas = of(3);
+            let alphas = of(count - 1);
             if alphas.iter().any(|&alpha| alpha != 255) {
                 return alphas;
             }
         }
         Channel::AlphaOrBrightness | Channel::Brightness => {}
     }
-    pixels.chunks_exact(4).map(|pixel| brightness(&pixel[..3])).collect()
+    if count < 3 { of(0) } else { pixels().map(|pixel| brightness(&pixel[..3])).collect() }
+}
+
+/// The bytes of all pixels, and how many a pixel has: grey, grey and alpha, RGB or
+/// RGBA.
+fn parts(image: DynamicImage) -> (Vec<u8>, usize) {
+    match image {
+        DynamicImage::ImageLuma8(image) => (image.into_raw(), 1),
+        DynamicImage::ImageLumaA8(image) => (image.into_raw(), 2),
+        DynamicImage::ImageRgb8(image) => (image.into_raw(), 3),
+        image if image.color().has_color() || image.color().has_alpha() => {
+            (image.into_rgba8().into_raw(), 4)
+        }
+        image => (image.into_luma8().into_raw(), 1),
+    }
 }
 
 fn brightness(pixel: &[u8]) -> u8 {
@@ -155,6 +169,42 @@ mod tests {
         let found = left(&jpeg, Channel::AlphaOrBrightness).unwrap();
         assert!((found - 0.2).abs() < 0.01, "{found}");
         assert_eq!(left(&jpeg, Channel::Alpha), None);
+    }
+
+    #[test]
+    fn grey_counts_as_every_colour() {
+        let png = |colour, pixels: &[u8]| encoded(ImageFormat::Png, colour, pixels);
+        let grey = png(ExtendedColorType::L8, &[102, 51]);
+        let grey_16 = png(ExtendedColorType::L16, &[102, 102, 51, 51]);
+        let veil = png(ExtendedColorType::La8, &[102, 51, 0, 255]);
+        let veil_16 = png(ExtendedColorType::La16, &[102, 102, 51, 51, 0, 0, 255, 255]);
+        let solid = png(ExtendedColorType::La8, &[102, 255, 0, 255]);
+        for channel in [Channel::Red, Channel::Green, Channel::Blue, Channel::Brightness] {
+            for bytes in [&grey, &grey_16, &veil, &veil_16, &solid] {
+                assert_eq!(left(bytes, channel), Some(0.4), "{channel:?}");
+            }
+        }
+        for bytes in [&veil, &veil_16] {
+            assert_eq!(left(bytes, Channel::Alpha), Some(0.2));
+            assert_eq!(left(bytes, Channel::AlphaOrBrightness), Some(0.2));
+        }
+        assert_eq!(left(&grey, Channel::Alpha), None);
+        assert_eq!(left(&solid, Channel::AlphaOrBrightness), Some(0.4));
+        let rgb = [102_u8, 51, 0, 255, 255, 255];
+        let rgb_16: Vec<u8> = rgb.iter().flat_map(|&part| [part; 2]).collect();
+        let rgb = png(ExtendedColorType::Rgb8, &rgb);
+        let rgb_16 = png(ExtendedColorType::Rgb16, &rgb_16);
+        for bytes in [&rgb, &rgb_16] {
+            for (channel, want) in [
+                (Channel::Red, 0.4),
+                (Channel::Green, 0.2),
+                (Channel::Blue, 0.0),
+                (Channel::Brightness, 0.2),
+                (Channel::AlphaOrBrightness, 0.2),
+            ] {
+                assert_eq!(left(bytes, channel), Some(want), "{channel:?}");
+            }
+        }
     }
 
     #[test]
