@@ -21,6 +21,7 @@ mod in_file;
 mod light;
 mod light_extent;
 mod mip;
+mod occlusion;
 mod progress;
 mod random;
 mod shadow;
@@ -92,6 +93,7 @@ pub mod detail {
         in_file::InFile,
         light_extent::LightShape,
         mip::MipPyramid,
+        occlusion::Occlusion,
         visibility::{
             difference::{DifferenceSummary, VisibilityDifference},
             function::VisibilityView,

@@ -5,6 +5,9 @@ use glam::{DVec2, DVec3};
 use crate::light_extent::{LightExtent, LightShape};
 use crate::random::{next_bits, unit};
 
+/// The share of a distance by which a point that lies on the light may be beyond it.
+const ROUNDING: f64 = 1e-9;
+
 /// An area light in the world: a centre and two half axes.
 ///
 /// The shadow factor of a receiver is the mean transmittance to points spread
@@ -84,20 +87,57 @@ impl AreaLight {
     #[must_use]
     pub fn at(&self, receiver: DVec3, u: f64, v: f64) -> DVec3 {
         let square = DVec2::new(2.0 * u - 1.0, 2.0 * v - 1.0);
-        let (on, right, up) = match self.shape {
-            LightShape::Point => return self.centre,
-            LightShape::Rectangle => (square, self.right, self.up),
-            LightShape::Disk => (concentric_disk(square), self.right, self.up),
+        let Some([right, up]) = self.axes_towards(receiver) else { return self.centre };
+        let on = if self.is_round() { concentric_disk(square) } else { square };
+        self.centre + right * on.x + up * on.y
+    }
+
+    /// The (`u`, `v`) in [0, 1)² of the light's point that `receiver` sees behind
+    /// `point`, the inverse of [`Self::at`]; `None` where it sees none there, and for
+    /// lights without an area.
+    ///
+    /// ```
+    /// use dsm_core::AreaLight;
+    /// use glam::DVec3;
+    ///
+    /// let light = AreaLight::rectangle(DVec3::Y * 4.0, DVec3::X, DVec3::Z);
+    /// assert_eq!(light.behind(DVec3::ZERO, DVec3::new(0.25, 2.0, 0.0)), Some([0.75, 0.5]));
+    /// assert_eq!(light.behind(DVec3::ZERO, DVec3::new(1.0, 2.0, 0.0)), None);
+    /// ```
+    #[must_use]
+    pub fn behind(&self, receiver: DVec3, point: DVec3) -> Option<[f64; 2]> {
+        let [right, up] = self.axes_towards(receiver)?;
+        let normal = right.cross(up);
+        let towards = point - receiver;
+        // How many times as far as the point the light is.
+        let times = normal.dot(self.centre - receiver) / normal.dot(towards);
+        if !(times.is_finite() && times >= 1.0 - ROUNDING) {
+            return None;
+        }
+        let on = receiver + towards * times - self.centre;
+        let area = normal.length_squared();
+        let on = DVec2::new(on.cross(up).dot(normal), right.cross(on).dot(normal)) / area;
+        let square = if self.is_round() { square_of_disk(on) } else { on };
+        let place = [square.x, square.y].map(|at| 0.5 * (at + 1.0));
+        place.iter().all(|at| (0.0..1.0).contains(at)).then_some(place)
+    }
+
+    const fn is_round(&self) -> bool {
+        matches!(self.shape, LightShape::Disk | LightShape::Sphere)
+    }
+
+    /// The half axes of the outline that `receiver` sees; none of a point.
+    fn axes_towards(&self, receiver: DVec3) -> Option<[DVec3; 2]> {
+        match self.shape {
+            LightShape::Point => None,
+            LightShape::Rectangle | LightShape::Disk => Some([self.right, self.up]),
             LightShape::Sphere => {
-                let Some(towards) = (receiver - self.centre).try_normalize() else {
-                    return self.centre;
-                };
+                let towards = (receiver - self.centre).try_normalize()?;
                 let (right, up) = towards.any_orthonormal_pair();
                 let radius = self.right.length();
-                (concentric_disk(square), right * radius, up * radius)
+                Some([right * radius, up * radius])
             }
-        };
-        self.centre + right * on.x + up * on.y
+        }
     }
 
     /// `count` points spread over the light: a Hammersley set, shifted by an
@@ -142,6 +182,21 @@ fn concentric_disk(square: DVec2) -> DVec2 {
     DVec2::from_angle(angle) * radius
 }
 
+/// The inverse of [`concentric_disk`].
+fn square_of_disk(disk: DVec2) -> DVec2 {
+    let (eighth, radius) = (std::f64::consts::FRAC_PI_4, disk.length());
+    let along = |angle: f64| angle / eighth * radius;
+    if disk.x.abs() > disk.y.abs() {
+        let angle = (disk.y / disk.x).atan();
+        DVec2::new(radius, along(angle)) * disk.x.signum()
+    } else if disk.y == 0.0 {
+        DVec2::ZERO
+    } else {
+        let angle = (disk.x / disk.y).atan();
+        DVec2::new(along(angle), radius) * disk.y.signum()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -181,6 +236,44 @@ mod tests {
             let right = points.iter().filter(|p| p.x > 0.0).count();
             assert!((4900..5100).contains(&right), "{right}");
         }
+    }
+
+    #[test]
+    fn what_lies_before_a_place_of_the_light_leads_back_to_it() {
+        let tilted = [DVec3::new(1.0, 0.3, -0.2), DVec3::new(0.1, 0.2, 0.7)];
+        let centre = DVec3::new(3.0, 5.0, -2.0);
+        let lights = [
+            AreaLight::rectangle(centre, tilted[0], tilted[1]),
+            AreaLight::disk(centre, tilted[0], tilted[1]),
+            AreaLight::sphere(centre, 1.5),
+        ];
+        let mut state = 5;
+        let mut next = || unit(next_bits(&mut state));
+        for round in 0..3000 {
+            let light = lights[round % 3];
+            let receiver = DVec3::new(next(), next(), next()) * 20.0 - 10.0;
+            let place = [next(), next()];
+            let on = light.at(receiver, place[0], place[1]);
+            let blocker = receiver.lerp(on, 0.05 + 0.9 * next());
+            let Some(found) = light.behind(receiver, blocker) else {
+                // Of the receivers some lie nearly in the light's plane.
+                let edge = [place[0], place[1]].iter().any(|at| (at - 0.5).abs() > 0.499);
+                assert!(edge, "{light:?} {receiver} {place:?}");
+                continue;
+            };
+            let off = [0, 1].map(|axis| (found[axis] - place[axis]).abs());
+            assert!(off[0].max(off[1]) < 1e-6, "{light:?} {receiver} {place:?} {found:?}");
+            // Beyond the light, behind the receiver, beside it.
+            assert_eq!(light.behind(receiver, receiver.lerp(on, 1.01)), None);
+            assert_eq!(light.behind(receiver, receiver.lerp(on, -0.5)), None);
+            let beside = on + (on - centre).normalize_or(DVec3::X) * 5.0;
+            assert_eq!(light.behind(receiver, receiver.lerp(beside, 0.5)), None);
+        }
+        let receiver = DVec3::ZERO;
+        for light in [AreaLight::point(centre), AreaLight::sphere(receiver, 1.0)] {
+            assert_eq!(light.behind(receiver, DVec3::Y), None);
+        }
+        assert_eq!(lights[0].behind(receiver, DVec3::NAN), None);
     }
 
     #[test]

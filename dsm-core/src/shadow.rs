@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::light::AreaLight;
+use crate::occlusion::Occlusion;
 use crate::transmittance::Transmittance;
 
 /// A method that traces single shadow rays: through a scene, or a map that stands
@@ -49,6 +50,52 @@ pub trait OcclusionTracer: Sync {
         light: DVec3,
         time: f64,
     ) -> Result<Self::Value, Self::Error>;
+
+    /// Appends what the rays from `receiver` to each of `targets` meet to `found`, in
+    /// order. Each target is a point of the light and the time of its ray.
+    ///
+    /// A tracer overrides this if it can tell where rays are blocked, which rays of
+    /// neighbours are predicted from, or if it takes what the receiver lies on into
+    /// account, or if many rays of one point cost less together.
+    ///
+    /// # Errors
+    ///
+    /// The first error; `found` then holds what came before.
+    fn occlusions(
+        &self,
+        receiver: &ShadedPoint,
+        targets: &[(DVec3, f64)],
+        found: &mut Vec<Occlusion<Self::Value>>,
+    ) -> Result<(), Self::Error> {
+        for &(light, time) in targets {
+            let transmittance = self.transmittance(receiver.position, light, time)?;
+            found.push(Occlusion { transmittance, blocker: None });
+        }
+        Ok(())
+    }
+}
+
+impl<O: OcclusionTracer + ?Sized> OcclusionTracer for &O {
+    type Value = O::Value;
+    type Error = O::Error;
+
+    fn transmittance(
+        &self,
+        receiver: DVec3,
+        light: DVec3,
+        time: f64,
+    ) -> Result<O::Value, O::Error> {
+        (**self).transmittance(receiver, light, time)
+    }
+
+    fn occlusions(
+        &self,
+        receiver: &ShadedPoint,
+        targets: &[(DVec3, f64)],
+        found: &mut Vec<Occlusion<O::Value>>,
+    ) -> Result<(), O::Error> {
+        (**self).occlusions(receiver, targets, found)
+    }
 }
 
 /// The orientation of what a point lies on, which tells how its depth changes

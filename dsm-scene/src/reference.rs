@@ -4,8 +4,9 @@ use std::convert::Infallible;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
+use dsm_core::detail::Occlusion;
 use dsm_core::detail::random::golden;
-use dsm_core::{AreaLight, LightVisibility, OcclusionTracer, Ray, Transmittance};
+use dsm_core::{AreaLight, LightVisibility, OcclusionTracer, Ray, ShadedPoint, Transmittance};
 use dsm_trace::detail::LightMean;
 use glam::DVec3;
 
@@ -79,6 +80,21 @@ impl<T: Transmittance> OcclusionTracer for SceneReference<T> {
 
     fn transmittance(&self, receiver: DVec3, light: DVec3, time: f64) -> Result<T, Infallible> {
         Ok(self.scene.tracer().transmittance(&self.shadow_ray(receiver, light, time)))
+    }
+
+    fn occlusions(
+        &self,
+        receiver: &ShadedPoint,
+        targets: &[(DVec3, f64)],
+        found: &mut Vec<Occlusion<T>>,
+    ) -> Result<(), Infallible> {
+        let mut tracer = self.scene.tracer();
+        found.extend(targets.iter().map(|&(light, time)| {
+            let ray = self.shadow_ray(receiver.position, light, time);
+            let (transmittance, met) = tracer.occlusion(&ray);
+            Occlusion { transmittance, blocker: met.map(|t| ray.at(t)) }
+        }));
+        Ok(())
     }
 }
 

@@ -7,6 +7,7 @@
 //! Tabellion & Pearce, *Soft Shadows by Ray Tracing Multilayer Transparent
 //! Shadow Maps*, EGSR 2007, §4.3 and §6.1).
 
+mod coherence;
 mod layering;
 mod light_frame;
 mod light_mean;
@@ -25,6 +26,11 @@ pub use walk::walk_pixels;
 #[doc(hidden)]
 pub mod detail {
     pub use crate::{
+        coherence::{
+            coherent_shadow::CoherentShadow,
+            settings::{CoherenceSettings, MOST_CELLS},
+            statistics::CoherenceStatistics,
+        },
         layering::Layering,
         light_frame::LightFrame,
         light_mean::LightMean,

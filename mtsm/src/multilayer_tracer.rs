@@ -4,6 +4,7 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
+use dsm_core::detail::Occlusion;
 use dsm_core::{
     AreaLight, Error, Facing, LightVisibility, OcclusionTracer, ShadedPoint, Transmittance,
 };
@@ -223,15 +224,19 @@ impl<M: TracedMap> MultilayerTracer<M> {
         [receiver, light]: [DVec3; 2],
         facing: Facing,
         counted: &mut TraceStatistics,
-    ) -> Result<Sum<M>, M::Error> {
+    ) -> Result<(Sum<M>, Option<DVec3>), M::Error> {
         let mut left = RayLight::<M::Value>::new(self.settings.rule, self.floor);
-        let mut failed = None;
+        let (mut failed, mut met) = (None, None);
         if let Some(ray) = self.shadow_ray(receiver, light, facing, counted) {
             let _ = walk_pixels(&self.pyramid, &ray, &mut |pixel: [u32; 2], enter, leave| {
                 let interval = Interval::new(enter, leave, self.settings.depth_threshold);
+                let before = left.left;
                 let passed =
                     pixels.with_pixel(pixel, |of, pixel| of.pass(pixel, &interval, &mut left));
                 failed = passed.err();
+                if left.left != before {
+                    met = Some((ray, 0.5 * (enter + leave)));
+                }
                 if failed.is_some() || left.is_below(self.settings.stop_below) {
                     ControlFlow::Break(())
                 } else {
@@ -239,7 +244,11 @@ impl<M: TracedMap> MultilayerTracer<M> {
                 }
             });
         }
-        failed.map_or(Ok(left.left), Err)
+        let blocker = met.map(|(ray, w)| {
+            let [x, y] = ray.at(w);
+            self.frame.unproject(x, y, w.recip())
+        });
+        failed.map_or(Ok((left.left, blocker)), Err)
     }
 
     /// The result of [`OcclusionTracer::transmittance`], by a walk through every
@@ -284,7 +293,26 @@ impl<M: TracedMap> OcclusionTracer for MultilayerTracer<M> {
         let mut counted = TraceStatistics::default();
         let left = self.trace(&self.map.reader(), [receiver, light], Facing::Light, &mut counted);
         self.counters.add(counted);
-        left.map(M::Value::from_sum)
+        left.map(|(left, _)| M::Value::from_sum(left))
+    }
+
+    /// Blockers are places in a pixel whose layers took light, where the ray crosses it.
+    fn occlusions(
+        &self,
+        receiver: &ShadedPoint,
+        targets: &[(DVec3, f64)],
+        found: &mut Vec<Occlusion<M::Value>>,
+    ) -> Result<(), M::Error> {
+        let pixels = self.map.reader();
+        let mut counted = TraceStatistics::default();
+        let traced = targets.iter().try_for_each(|&(light, _)| {
+            let ends = [receiver.position, light];
+            let (left, blocker) = self.trace(&pixels, ends, receiver.facing, &mut counted)?;
+            found.push(Occlusion { transmittance: M::Value::from_sum(left), blocker });
+            Ok(())
+        });
+        self.counters.add(counted);
+        traced
     }
 }
 
@@ -325,7 +353,7 @@ impl<M: TracedMap> MultilayerTracer<M> {
         let mut mean = LightMean::<M::Value>::new();
         let mut points = light.samples(position, self.settings.rays, seed);
         let traced = points.try_for_each(|point| {
-            mean.add_sum(self.trace(&pixels, [position, point], facing, &mut counted)?);
+            mean.add_sum(self.trace(&pixels, [position, point], facing, &mut counted)?.0);
             Ok(())
         });
         self.counters.add(counted);

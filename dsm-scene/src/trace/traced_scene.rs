@@ -319,29 +319,38 @@ impl Tracer<'_> {
     /// nothing is left.
     #[must_use]
     pub fn transmittance<T: Transmittance>(&mut self, ray: &Ray) -> T {
+        self.occlusion(ray).0
+    }
+
+    /// [`Self::transmittance`], and the t of one of the occluders that took light:
+    /// of a surface or strand if there is one, else a place within a medium.
+    pub(crate) fn occlusion<T: Transmittance>(&mut self, ray: &Ray) -> (T, Option<f64>) {
         let mut left = T::CLEAR.to_sum();
+        let (mut surface, mut medium) = (None, None);
         let blocked = |left: &T::Sum| left.as_ref().iter().all(|&part| part == 0.0);
         for (_, object, own) in self.scene.in_objects(ray) {
-            object.meet(&own, |_, _, opacity| {
+            object.meet(&own, |_, t, opacity| {
                 let opacity = scaled::<T>(object.object.opacity, opacity).to_sum();
                 let kept = left.as_mut().iter_mut().zip(opacity.as_ref());
                 kept.for_each(|(part, opacity)| *part *= 1.0 - opacity);
+                surface = Some(t);
                 blocked(&left)
             });
             if blocked(&left) {
-                return T::BLOCKED;
+                return (T::BLOCKED, surface.or(medium));
             }
             let Shape::Volume(volume) = &*object.object.shape else { continue };
             let mut density = 0.0;
             march(volume, &own, f64::INFINITY, &mut self.samples, |samples| {
                 density += integral(samples);
+                medium = samples.get(samples.len() / 2).map(|sample| sample.t);
             });
             let depth = density * f64::from(object.object.density) * ray.direction().length();
             let colour = scaled::<T>(object.object.opacity, 1.0).to_sum();
             let kept = left.as_mut().iter_mut().zip(colour.as_ref());
             kept.for_each(|(part, colour)| *part *= (-depth * colour).exp());
         }
-        T::from_sum(left)
+        (T::from_sum(left), surface.or(medium))
     }
 }
 

@@ -1,10 +1,11 @@
 //! Shadow rays through maps of layers.
 
+use std::fmt::Debug;
 use std::sync::Arc;
 
 use dsm_core::{
-    AreaLight, Error, LightVisibility, OcclusionTracer, Rgb, ShadowCamera, Transmittance,
-    VisibilityField,
+    AreaLight, Error, Facing, LightVisibility, OcclusionTracer, Rgb, ShadedPoint, ShadowCamera,
+    Transmittance, VisibilityField,
 };
 use dsm_testkit::config;
 use glam::DVec3;
@@ -93,6 +94,23 @@ fn check_point<T: Transmittance>(sheets: &Sheets, tolerance: f32, receiver: DVec
     }
 }
 
+/// Whether a ray tells where it is blocked, on its way, exactly where it loses light.
+fn check_occlusion<O: OcclusionTracer<Error: Debug>>(tracer: &O, receiver: DVec3, light: DVec3) {
+    let point = ShadedPoint { position: receiver, facing: Facing::Light, seed: 0 };
+    let mut found = Vec::new();
+    tracer.occlusions(&point, &[(light, 0.0)], &mut found).unwrap();
+    let alone = tracer.transmittance(receiver, light, 0.0).unwrap();
+    assert_eq!(found[0].transmittance, alone);
+    assert_eq!(found[0].blocker.is_some(), alone != Transmittance::CLEAR);
+    if let Some(blocker) = found[0].blocker {
+        let way = light - receiver;
+        let along = (blocker - receiver).dot(way) / way.length_squared();
+        assert!((0.0..=1.0).contains(&along), "{receiver} {light}: {along}");
+        let off = blocker.distance(receiver + way * along);
+        assert!(off <= 1e-9 * (receiver.length() + light.length()), "{off}");
+    }
+}
+
 /// Whether any more light gets through once there is another sheet.
 fn check_occluder<T: Transmittance>(
     sheets: &Sheets,
@@ -109,6 +127,8 @@ fn check_occluder<T: Transmittance>(
     let maps = maps.map(|map| MultilayerTracer::new(Arc::new(map), settings).unwrap());
     let layers = layers.map(|map| MultilayerTracer::new(Arc::new(map), settings).unwrap());
     for &(receiver, light) in rays {
+        check_occlusion(&maps[1], receiver, light);
+        check_occlusion(&layers[1], receiver, light);
         let found = [
             maps.each_ref().map(|map| map.transmittance(receiver, light, 0.0).unwrap()),
             layers.each_ref().map(|map| map.transmittance(receiver, light, 0.0).unwrap()),
