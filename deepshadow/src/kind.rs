@@ -21,6 +21,7 @@ pub struct Kind(KindId);
 /// The kinds, one for each implementation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum KindId {
+    Attenuation,
     Deep,
     Fragments,
     Layers,
@@ -48,9 +49,19 @@ impl Kind {
     /// shadows are looked up (Selgrad et al. 2014).
     pub const PREFILTERED: Self = Self(KindId::Prefiltered);
 
+    /// Layered attenuation maps: the places that any point of a light sees, each with the
+    /// share of the light that it sees (Agrawala et al. 2000, §4).
+    pub const ATTENUATION: Self = Self(KindId::Attenuation);
+
     /// All kinds.
-    pub const ALL: &[Self] =
-        &[Self::DEEP, Self::FRAGMENTS, Self::LAYERS, Self::MTSM, Self::PREFILTERED];
+    pub const ALL: &[Self] = &[
+        Self::DEEP,
+        Self::FRAGMENTS,
+        Self::LAYERS,
+        Self::MTSM,
+        Self::PREFILTERED,
+        Self::ATTENUATION,
+    ];
 
     /// The kind of this name, if there is one.
     #[must_use]
@@ -62,6 +73,7 @@ impl Kind {
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self.0 {
+            KindId::Attenuation => "attenuation",
             KindId::Deep => "deep",
             KindId::Fragments => "fragments",
             KindId::Layers => "layers",
@@ -74,6 +86,10 @@ impl Kind {
     #[must_use]
     pub const fn about(self) -> &'static str {
         match self.0 {
+            KindId::Attenuation => {
+                "Layered attenuation maps: what each place sees of the light, for soft shadows by \
+                 one lookup"
+            }
             KindId::Deep => "Deep shadow maps: a visibility function a pixel",
             KindId::Fragments => "Maps of fragments: planes with coverage masks",
             KindId::Layers => "Multilayer depth maps: the first hits of every pixel's centre",
@@ -106,7 +122,7 @@ impl Kind {
     #[must_use]
     pub const fn resolution(self) -> Option<[u32; 2]> {
         match self.0 {
-            KindId::Deep | KindId::Layers | KindId::Mtsm => Some([512; 2]),
+            KindId::Attenuation | KindId::Deep | KindId::Layers | KindId::Mtsm => Some([512; 2]),
             KindId::Prefiltered => Some([1024; 2]),
             KindId::Fragments => None,
         }
@@ -142,11 +158,15 @@ impl Kind {
 
     /// The kind that comes closest to rays through a scene, for a map that is
     /// queried by `method`: fragments, unless there are media, which fragments
-    /// cannot hold, or rules for layers were set. Lookups of prefiltered maps need such.
+    /// cannot hold, or rules for layers were set. Lookups of prefiltered and of attenuation maps
+    /// need such.
     #[must_use]
     pub fn for_area_lights(has_media: bool, method: &Method) -> Self {
         if let Method::Prefilter(_) | Method::Hybrid(_) = method {
             return Self::PREFILTERED;
+        }
+        if let Method::Attenuation(_) = method {
+            return Self::ATTENUATION;
         }
         let has_rules = matches!(method, Method::Trace(trace) if trace.has_layer_rules());
         let no_planes = has_media || has_rules || matches!(method, Method::Pcf(_));

@@ -2,9 +2,10 @@
 //!
 //! [`plain`]: one depth a sample, with percentage closer filtering. Maps of
 //! fragments, planes with coverage masks that are traced for the soft shadows of
-//! area lights, and prefiltered maps, whose soft shadows are looked up, are baked and
-//! queried through the crate `deepshadow`.
+//! area lights, and prefiltered and attenuation maps, whose soft shadows are looked up,
+//! are baked and queried through the crate `deepshadow`.
 
+mod attenuation;
 mod fragments;
 pub mod plain;
 mod prefilter;
@@ -14,6 +15,16 @@ mod prefilter;
 #[doc(hidden)]
 pub mod detail {
     pub use crate::{
+        attenuation::{
+            bake::write_attenuation,
+            builder::{AttenuationBuilder, AttenuationCounts},
+            cached::CachedAttenuation,
+            keys::AttenuationKeys,
+            map::AttenuationMap,
+            shadow::AttenuationShadow,
+            source::AttenuationSource,
+            store::Attenuation,
+        },
         fragments::{
             builder::{FragmentBuilder, FragmentCounts},
             columns::FragmentColumns,

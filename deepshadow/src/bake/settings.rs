@@ -68,6 +68,9 @@ pub struct Bake {
     pub coverage: Option<u32>,
     /// How levels are made, of kind `prefiltered`.
     pub filtering: Option<PrefilterSettings>,
+    /// Points of the light that the map is made from, of kind `attenuation`. None: 64,
+    /// of a point one.
+    pub light_samples: Option<u32>,
     /// The channels of the map.
     pub channels: Channels,
     /// The encoding of tiles.
@@ -111,6 +114,7 @@ impl Bake {
             resets: None,
             coverage: None,
             filtering: None,
+            light_samples: None,
             channels: Channels::Auto,
             codec: Codec::Exact,
             depth_error: None,
@@ -170,6 +174,12 @@ impl Bake {
     #[must_use]
     pub fn with_filtering(self, filtering: PrefilterSettings) -> Self {
         Self { filtering: Some(filtering), ..self }
+    }
+
+    /// Sets the number of points of the light, of kind `attenuation`.
+    #[must_use]
+    pub fn with_light_samples(self, samples: u32) -> Self {
+        Self { light_samples: Some(samples), ..self }
     }
 
     /// Sets the mip levels.

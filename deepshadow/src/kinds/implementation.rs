@@ -1,5 +1,6 @@
 //! The implementation of each kind.
 
+use super::attenuation::Attenuation;
 use super::deep::Deep;
 use super::fragments::Fragments;
 use super::layers::Layers;
@@ -11,6 +12,7 @@ use crate::kind::{Kind, KindId};
 /// The implementation of `kind`.
 pub(crate) const fn implementation(kind: Kind) -> &'static dyn ShadowKind {
     match kind.id() {
+        KindId::Attenuation => &Attenuation,
         KindId::Deep => &Deep,
         KindId::Fragments => &Fragments,
         KindId::Layers => &Layers,

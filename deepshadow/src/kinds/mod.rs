@@ -1,5 +1,6 @@
 //! The kinds of map, a file each: how each is baked and queried.
 
+mod attenuation;
 mod deep;
 mod fragments;
 mod implementation;

@@ -3,6 +3,7 @@
 
 #![cfg(test)]
 
+mod attenuation;
 mod bake;
 mod cases;
 mod convert;

@@ -4,17 +4,18 @@ use dsm_core::{Rgb, Transmittance};
 use dsm_io::detail::{Container, ErasedMap, Kinds, MapKind, Memory};
 use dsm_io::{Codec, Packing};
 use mtsm::detail::{Layers, Mtsm};
-use shadow_maps::detail::{FragmentColumns, FragmentTile, Fragments, Prefiltered};
+use shadow_maps::detail::{Attenuation, FragmentColumns, FragmentTile, Fragments, Prefiltered};
 
 use super::limits;
 use crate::forge::{Assembly, Forge};
 
 /// Kinds, and what their metadata have besides.
-const KINDS: [(&str, &str); 4] = [
+const KINDS: [(&str, &str); 5] = [
     (Mtsm::NAME, ""),
     (Layers::NAME, ""),
     (Fragments::NAME, r#","coverage":8"#),
     (Prefiltered::NAME, FILTERING),
+    (Attenuation::NAME, r#","light_samples":16,"depth_tolerance":1"#),
 ];
 
 const FILTERING: &str =
@@ -72,6 +73,7 @@ pub fn layered(bytes: &[u8]) -> bool {
 pub fn read_any_kind(bytes: Vec<u8>) -> bool {
     let kinds =
         Kinds::default().with::<Mtsm>().with::<Layers>().with::<Fragments>().with::<Prefiltered>();
+    let kinds = kinds.with::<Attenuation>();
     let container = Container::from_source(Memory::from(bytes), &limits());
     let Ok(map) = container.and_then(|container| kinds.read(container, &limits())) else {
         return false;
@@ -126,7 +128,7 @@ fn agree_with(entry: &mut Forge, words: &[u32], (kind, size, channels): (&str, [
         let end = depths.saturating_add(count).min(words.len());
         let depths = words.get(depths..end).unwrap_or_default();
         let depths = depths.iter().map(|&bits| f32::from_bits(bits));
-        let is_inverse = kind == Prefiltered::NAME;
+        let is_inverse = [Prefiltered::NAME, Attenuation::NAME].contains(&kind);
         let depths = depths.map(|z| if is_inverse { z.recip().min(f32::MAX) } else { z });
         depths.fold([f32::MAX, 0.0], |[least, most], z| [z.min(least), z.max(most)])
     };

@@ -5,12 +5,12 @@ use std::ops::ControlFlow;
 use dsm_core::{Error, RayHits, RaySource, SamplePoint, ShadowCamera, SurfaceHit, Transmittance};
 use dsm_io::detail::{Container, ErasedMap, KindReader, Kinds, MapKind, Memory};
 use dsm_io::{Limits, Packing, WriteOptions};
-use glam::{DMat4, DVec4};
+use glam::{DMat4, DVec3, DVec4};
 use mtsm::detail::{Layers, Mtsm, bake_layers, bake_mtsm};
 use mtsm::{MultilayerBaker, MultilayerSettings};
 use shadow_maps::detail::{
-    FragmentBuilder, FragmentMap, Fragments, ListBuilder, PrefilterSettings, Prefiltered,
-    bake_fragments, bake_prefiltered,
+    Attenuation, AttenuationBuilder, FragmentBuilder, FragmentMap, Fragments, ListBuilder,
+    PrefilterSettings, Prefiltered, bake_fragments, bake_prefiltered, write_attenuation,
 };
 
 pub(crate) type Ray<T> = fn(SamplePoint, &mut RayHits<T>) -> Result<(), Error>;
@@ -88,6 +88,21 @@ pub(crate) fn lists() -> (ListBuilder, PrefilterSettings) {
     (builder.with_layers(32).unwrap(), PrefilterSettings::default().with_stack_size(Some(3)))
 }
 
+/// What two points of a light see of the same sheets.
+pub(crate) fn attenuation<T: Transmittance>() -> AttenuationBuilder<T> {
+    let mut builder = AttenuationBuilder::new(camera(), [6, 5]).unwrap();
+    for x in [-0.25, 0.5] {
+        let source: RaySource<Ray<T>> = RaySource(sheets::<T>);
+        let mut eye = camera();
+        let moved = DMat4::from_translation(DVec3::X * -x);
+        eye.world_to_camera = Some(moved);
+        eye.world_to_ndc = eye.world_to_ndc.map(|to_ndc| to_ndc * moved);
+        let added = builder.add_view(&source, eye, || ControlFlow::Continue(())).unwrap();
+        assert!(added.is_continue());
+    }
+    builder
+}
+
 /// The file of a map.
 pub(crate) fn file<T: Transmittance>(kind: &str, packing: Packing) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
@@ -105,6 +120,11 @@ pub(crate) fn file<T: Transmittance>(kind: &str, packing: Packing) -> Vec<u8> {
                 .unwrap()
                 .bytes
         }
+        Attenuation::NAME => {
+            let builder = attenuation::<T>();
+            let options = WriteOptions::default().with_tile_size(4).with_packing(packing);
+            write_attenuation(&builder, &path, options, |_| {}).unwrap().bytes
+        }
         _ => {
             let source: RaySource<Ray<T>> = RaySource(sheets::<T>);
             let options = WriteOptions::default().with_tile_size(4).with_packing(packing);
@@ -119,12 +139,14 @@ pub(crate) fn file<T: Transmittance>(kind: &str, packing: Packing) -> Vec<u8> {
 }
 
 /// All kinds of layered maps.
-pub(crate) const KINDS: [&str; 4] = [Mtsm::NAME, Layers::NAME, Fragments::NAME, Prefiltered::NAME];
+pub(crate) const KINDS: [&str; 5] =
+    [Mtsm::NAME, Layers::NAME, Fragments::NAME, Prefiltered::NAME, Attenuation::NAME];
 
 pub(crate) fn open(bytes: Vec<u8>) -> dsm_io::detail::Result<Box<dyn ErasedMap>> {
     let limits = Limits::default();
     let kinds =
         Kinds::default().with::<Mtsm>().with::<Layers>().with::<Fragments>().with::<Prefiltered>();
+    let kinds = kinds.with::<Attenuation>();
     kinds.read(Container::from_source(Memory::from(bytes), &limits)?, &limits)
 }
 

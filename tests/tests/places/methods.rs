@@ -6,8 +6,8 @@ use std::sync::Arc;
 use deepshadow::detail::{PlainShadow, Result, plain_shadow};
 use deepshadow::visibility::Bias;
 use deepshadow::{
-    Bake, FarTable, FilterMethod, Kind, Method as MapMethod, PcfMethod, PrefilterMethod, Query,
-    Shadow, ShadowMap, TraceMethod, bake,
+    AttenuationMethod, Bake, FarTable, FilterMethod, Kind, Method as MapMethod, PcfMethod,
+    PrefilterMethod, Query, Shadow, ShadowMap, TraceMethod, bake,
 };
 use dsm_core::{Filter, FilterShape, Footprint, Tolerance};
 use dsm_scene::{Scene, TracedScene};
@@ -45,10 +45,14 @@ pub(crate) enum Method {
     MtsmLookup,
     /// Fragments merged by filters, looked up.
     Prefiltered,
+    /// What places see of the light, of one pixel each.
+    Attenuation,
+    /// The same, of four.
+    AttenuationBilinear,
 }
 
 impl Method {
-    pub(crate) const ALL: [Self; 11] = [
+    pub(crate) const ALL: [Self; 13] = [
         Self::Reference,
         Self::Deep,
         Self::Plain,
@@ -60,6 +64,8 @@ impl Method {
         Self::MtsmFiltered,
         Self::MtsmLookup,
         Self::Prefiltered,
+        Self::Attenuation,
+        Self::AttenuationBilinear,
     ];
 
     /// What it is tried on: with media where its map holds them.
@@ -69,7 +75,9 @@ impl Method {
             | Self::FarTable
             | Self::Layers
             | Self::LayersFiltered
-            | Self::Prefiltered => solid(),
+            | Self::Prefiltered
+            | Self::Attenuation
+            | Self::AttenuationBilinear => solid(),
             _ => misty(),
         }
     }
@@ -103,6 +111,10 @@ impl Method {
             Self::MtsmFiltered => ("mtsm", PcfMethod::new(RAYS).into()),
             Self::MtsmLookup => ("mtsm", filter.into()),
             Self::Prefiltered => ("prefiltered", PrefilterMethod::new().into()),
+            Self::Attenuation => ("attenuation", AttenuationMethod::new().into()),
+            Self::AttenuationBilinear => {
+                ("attenuation", AttenuationMethod::new().with_bilinear(true).into())
+            }
         })
     }
 
