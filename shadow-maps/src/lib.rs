@@ -9,6 +9,7 @@ mod attenuation;
 mod fragments;
 pub mod plain;
 mod prefilter;
+mod views;
 
 /// Parts that the other crates of this family stand on. They may change with any
 /// version.
@@ -51,6 +52,11 @@ pub mod detail {
             shadow::PrefilteredShadow,
             store::Prefiltered,
             tile::PrefilteredTile,
+        },
+        views::{
+            depth_view::DepthView,
+            options::TraceOptions,
+            tracer::{RayFate, ViewsTracer},
         },
     };
 }

@@ -1,0 +1,229 @@
+//! Shadow rays through the depth images of several points of a light.
+
+use std::convert::Infallible;
+
+use dsm_core::detail::Result;
+use dsm_core::{AreaLight, Error, LightVisibility};
+use dsm_trace::ShadowRay;
+use dsm_trace::detail::LightMean;
+use glam::DVec3;
+
+use super::depth_view::DepthView;
+use super::interval::{self, Interval};
+use super::options::TraceOptions;
+use super::trace::Walk;
+
+/// How far from its receiver a ray starts, in sides of a pixel of the view there.
+const START: f64 = 1.0;
+
+/// More than shares of rays are rounded by, relative.
+const ROUNDING: f64 = 1.0 / (1 << 30) as f64;
+
+/// A tracer of depth images (Agrawala et al. 2000, §5.1): a ray is blocked if it is in any
+/// of them, of which each is asked for what those before it do not see.
+///
+/// Surfaces are opaque. What no view sees is lit, and so are receivers beside the light.
+///
+/// ```
+/// use dsm_core::{AreaLight, LightVisibility, Projection, View};
+/// use dsm_trace::detail::LightFrame;
+/// use glam::DVec3;
+/// use shadow_maps::detail::{DepthView, ViewsTracer};
+///
+/// let view = View { eye: DVec3::ZERO, target: DVec3::NEG_Z, up: DVec3::Y };
+/// let view = view.raster(Projection::Perspective { fov: 90.0 }, [32, 32])?;
+/// let frame = LightFrame::new(&view.shadow_camera(), [32, 32], 0.0)?;
+/// // A half plane at depth 2: the right half of the image.
+/// let w = (0..32 * 32).map(|pixel| if pixel % 32 >= 16 { 0.5 } else { 0.0 }).collect();
+/// let views = vec![DepthView::new(frame, w, DepthView::GAP)?];
+/// let tracer = ViewsTracer::new(views)?.with_rays(64);
+/// let light = AreaLight::rectangle(DVec3::ZERO, DVec3::X / 4.0, DVec3::Y / 4.0);
+/// let left = tracer.visibility(DVec3::new(0.0, 0.0, -4.0), &light, 0).unwrap();
+/// assert!((left - 0.5).abs() < 0.1, "{left}");
+/// # Ok::<(), dsm_core::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct ViewsTracer {
+    views: Vec<DepthView>,
+    options: TraceOptions,
+    rays: u32,
+    /// In scene units; None: by the pixels.
+    start: Option<f64>,
+}
+
+/// What a ray met.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RayFate {
+    /// Whether it is blocked.
+    pub blocked: bool,
+    /// Views that were asked.
+    pub views: u32,
+    /// Pixels and nodes that were looked at.
+    pub steps: u64,
+}
+
+/// A ray in one view.
+struct InView {
+    view: usize,
+    ray: ShadowRay,
+    /// The part within the raster, in w.
+    inside: Option<Interval>,
+    /// Depths of the receiver and of the light.
+    ends: [f64; 2],
+}
+
+impl InView {
+    /// How far along the ray from the receiver to the light w is, from 0 to 1.
+    fn share(&self, w: f64) -> f64 {
+        ((self.ends[0] - w.recip()) / (self.ends[0] - self.ends[1])).clamp(0.0, 1.0)
+    }
+
+    /// The inverse of [`Self::share`].
+    fn w(&self, share: f64) -> f64 {
+        (self.ends[0] + share * (self.ends[1] - self.ends[0])).max(0.0).recip()
+    }
+
+    /// The length in pixels within the raster.
+    fn length(&self) -> f64 {
+        let Some([from, to]) = self.inside else { return 0.0 };
+        // Points of the light in the camera's plane are infinitely far away.
+        let [a, b] = [from, to].map(|w| self.ray.at(w));
+        let length = (a[0] - b[0]).hypot(a[1] - b[1]);
+        if length.is_finite() { length } else { f64::INFINITY }
+    }
+}
+
+impl ViewsTracer {
+    /// A tracer of these views, with all accelerations and 64 rays a point.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Setting`] without views.
+    pub fn new(views: Vec<DepthView>) -> Result<Self> {
+        if views.is_empty() {
+            let reason = "there must be one or more";
+            return Err(Error::Setting { setting: "views", reason });
+        }
+        Ok(Self { views, options: TraceOptions::ALL, rays: 64, start: None })
+    }
+
+    /// Sets which accelerations are used.
+    #[must_use]
+    pub fn with_options(self, options: TraceOptions) -> Self {
+        Self { options, ..self }
+    }
+
+    /// Sets the number of rays of a point, at least 1.
+    #[must_use]
+    pub fn with_rays(self, rays: u32) -> Self {
+        Self { rays: rays.max(1), ..self }
+    }
+
+    /// Sets how far from a point its rays start, in scene units. Unless it is set, it is
+    /// the side of a pixel there.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Setting`] unless it is finite and not negative.
+    pub fn with_start(self, start: f64) -> Result<Self> {
+        if !(0.0..f64::INFINITY).contains(&start) {
+            let reason = "it must be finite and not negative";
+            return Err(Error::Setting { setting: "ray offset", reason });
+        }
+        Ok(Self { start: Some(start), ..self })
+    }
+
+    /// The views.
+    #[must_use]
+    pub fn views(&self) -> &[DepthView] {
+        &self.views
+    }
+
+    /// Traces the ray from a receiver to a point of the light.
+    #[must_use]
+    pub fn trace(&self, receiver: DVec3, light: DVec3) -> RayFate {
+        let mut fate = RayFate::default();
+        let mut rays: Vec<InView> =
+            (0..self.views.len()).filter_map(|view| self.in_view(view, receiver, light)).collect();
+        if self.options.ranking {
+            rays.sort_by(|a, b| a.length().total_cmp(&b.length()));
+        }
+        // Nearer to the light no view shows anything, though rasters end there.
+        let end = rays.iter().map(|ray| self.end(ray)).fold(0.0, f64::max);
+        let whole = [[0.0, end]];
+        // What no view has seen yet, as shares of the ray.
+        let mut unseen = whole.to_vec();
+        for ray in &rays {
+            let parts = if self.options.intervals { &unseen[..] } else { &whole[..] };
+            fate.views += 1;
+            let mut left = Vec::new();
+            let mut walk = Walk::new(&self.views[ray.view], self.options);
+            for &part in parts {
+                walk.behind.clear();
+                let blocked = trace_part(ray, part, &mut walk, &mut left);
+                fate.steps += std::mem::take(&mut walk.steps);
+                if blocked {
+                    fate.blocked = true;
+                    return fate;
+                }
+            }
+            if self.options.clear_miss && left.is_empty() {
+                return fate;
+            }
+            unseen = left;
+        }
+        fate
+    }
+
+    /// How far along a ray a view shows anything.
+    fn end(&self, ray: &InView) -> f64 {
+        let range = self.views[ray.view].ranges.range();
+        range.map_or(0.0, |[_, high]| ray.share(f64::from(high) * (1.0 + ROUNDING)))
+    }
+
+    /// A ray in a view; `None` where it sees none of it.
+    fn in_view(&self, view: usize, receiver: DVec3, light: DVec3) -> Option<InView> {
+        let frame = self.views[view].frame();
+        let ends = [receiver, light].map(|point| frame.camera_point(point).z);
+        let start = self.start.unwrap_or(START * frame.footprint(ends[0]));
+        let ray = frame.ray(receiver, light, start)?;
+        let inside = ray.crossing([0; 2], frame.size());
+        Some(InView { view, ray, inside, ends })
+    }
+}
+
+/// Traces a part of a ray; adds to `left` what the view does not see of it.
+fn trace_part(ray: &InView, part: Interval, walk: &mut Walk<'_>, left: &mut Vec<Interval>) -> bool {
+    let Some(inside) = ray.inside else {
+        interval::push(left, part);
+        return false;
+    };
+    let [from, to] = part.map(|share| ray.w(share));
+    let range = [from.max(inside[0]), to.min(inside[1])];
+    if range[0] < range[1] && walk.run(&ray.ray.between(range)).is_break() {
+        return true;
+    }
+    // What comes before the start is not the ray's, what lies outside is unknown.
+    let [start, end] = ray.ray.range();
+    let mut unseen = Vec::new();
+    interval::push(&mut unseen, [from.max(start), to.min(inside[0])]);
+    walk.behind.iter().for_each(|&behind| interval::push(&mut unseen, behind));
+    interval::push(&mut unseen, [from.max(inside[1]), to.min(end)]);
+    for [from, to] in unseen {
+        interval::push(left, [ray.share(from).max(part[0]), ray.share(to).min(part[1])]);
+    }
+    false
+}
+
+impl LightVisibility for ViewsTracer {
+    type Value = f32;
+    type Error = Infallible;
+
+    fn visibility(&self, receiver: DVec3, light: &AreaLight, seed: u64) -> Result<f32, Infallible> {
+        let mut mean = LightMean::<f32>::new();
+        for point in light.samples(receiver, self.rays, seed) {
+            mean.add(if self.trace(receiver, point).blocked { 0.0 } else { 1.0 });
+        }
+        Ok(mean.of(self.rays))
+    }
+}
