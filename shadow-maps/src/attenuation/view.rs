@@ -38,6 +38,9 @@ pub(super) struct Seen<T> {
     pub(super) passed: T,
 }
 
+/// What a view sees in a row of tiles, tile by tile, and how many surfaces its rays met.
+type SeenRow<T> = (Vec<Vec<Seen<T>>>, u64);
+
 impl<T> Seen<T> {
     /// w of its plane in the middle of a texel, as far as that is followed: `side` is a
     /// texel's, as a share of the depth.
@@ -84,7 +87,7 @@ impl LightView {
         source: &S,
         centre: &LightFrame,
         top: u32,
-    ) -> std::result::Result<(Vec<Vec<Seen<T>>>, u64), S::Error> {
+    ) -> std::result::Result<SeenRow<T>, S::Error> {
         let [width, height] = self.frame.size();
         let blocks: std::result::Result<Vec<_>, S::Error> = (0..width.div_ceil(TILE))
             .into_par_iter()

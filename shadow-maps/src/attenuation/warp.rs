@@ -10,6 +10,7 @@ const ROUNDING: f64 = 1.0 / (1_u64 << 40) as f64;
 
 /// A map from raster x, y and w = 1/depth of a view to those of another.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "there is one a view")]
 pub(super) enum Warp {
     /// Both look the same way from one plane: places move in proportion to w.
     Disparity(DVec2),
