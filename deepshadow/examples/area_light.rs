@@ -19,8 +19,6 @@ const RAYS: u32 = 256;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut scene = builtin_scene("pipes")?;
-    // Fragments are surfaces: the cloud stays out.
-    scene.objects.retain(|object| !matches!(*object.shape, deepshadow::scene::Shape::Volume(_)));
     scene.light.extent = LightExtent::rectangle([1.5, 1.5]);
 
     let folder = tempfile::tempdir()?;

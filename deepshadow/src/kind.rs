@@ -91,7 +91,7 @@ impl Kind {
                  one lookup"
             }
             KindId::Deep => "Deep shadow maps: a visibility function a pixel",
-            KindId::Fragments => "Maps of fragments: planes with coverage masks",
+            KindId::Fragments => "Maps of fragments: planes with coverage masks, and media",
             KindId::Layers => "Multilayer depth maps: the first hits of every pixel's centre",
             KindId::Mtsm => {
                 "Multilayer transparent shadow maps: runs of compressed layers with counts"
@@ -157,11 +157,10 @@ impl Kind {
     }
 
     /// The kind that comes closest to rays through a scene, for a map that is
-    /// queried by `method`: fragments, unless there are media, which fragments
-    /// cannot hold, or rules for layers were set. Lookups of prefiltered and of attenuation maps
-    /// need such.
+    /// queried by `method`: fragments, unless rules for layers were set. Lookups of
+    /// prefiltered and of attenuation maps need such.
     #[must_use]
-    pub fn for_area_lights(has_media: bool, method: &Method) -> Self {
+    pub fn for_area_lights(method: &Method) -> Self {
         if let Method::Prefilter(_) | Method::Hybrid(_) = method {
             return Self::PREFILTERED;
         }
@@ -169,7 +168,7 @@ impl Kind {
             return Self::ATTENUATION;
         }
         let has_rules = matches!(method, Method::Trace(trace) if trace.has_layer_rules());
-        let no_planes = has_media || has_rules || matches!(method, Method::Pcf(_));
+        let no_planes = has_rules || matches!(method, Method::Pcf(_));
         if no_planes { Self::MTSM } else { Self::FRAGMENTS }
     }
 }

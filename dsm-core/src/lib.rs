@@ -74,6 +74,7 @@ pub mod detail {
             rounded::{Rounded, RoundedCompressor},
         },
         curve::{
+            optical_depth_chords::OpticalDepthChords,
             sweep::{VisibilitySweep, WeightedTransmittance},
             transmittance_builder::TransmittanceBuilder,
             transmittance_function::TransmittanceFunction,

@@ -61,6 +61,7 @@ impl Bounds {
 
     /// The range of t where the line `origin` + t · `direction` is inside; `None`
     /// where nowhere.
+    #[inline]
     pub(crate) fn clip(&self, origin: DVec3, direction: DVec3) -> Option<(f64, f64)> {
         let (mut near, mut far) = (f64::NEG_INFINITY, f64::INFINITY);
         for axis in 0..3 {

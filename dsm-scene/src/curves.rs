@@ -145,6 +145,7 @@ impl Curves {
 
     /// The two ends of segment `index`, each with its radius.
     #[must_use]
+    #[inline]
     pub fn segment(&self, index: usize) -> [(Vec3, f32); 2] {
         let first = self.segments[index] as usize;
         [first, first + 1].map(|point| (self.points[point], self.radii[point]))

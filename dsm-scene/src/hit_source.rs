@@ -80,8 +80,15 @@ impl<T: Transmittance> HitSource<T> for SceneHitSource {
                     None => hits.push_surface(index, *surface)?,
                 }
             }
-            tracer.media(&ray, |column, factor| Ok(hits.push_volume(index, column, factor)?))?;
+            if hits.wants_media() {
+                tracer
+                    .media(&ray, |column, factor| Ok(hits.push_volume(index, column, factor)?))?;
+            }
         }
         Ok(())
+    }
+
+    fn has_media(&self) -> bool {
+        self.scene.has_media()
     }
 }

@@ -108,6 +108,7 @@ impl Volume {
     }
 
     /// The density at the corners of the cell that begins at voxel `first`.
+    #[inline]
     pub(crate) fn cell(&self, first: IVec3) -> Cell {
         let within = first & (BRICK - 1);
         if within.cmplt(IVec3::splat(BRICK - 1)).all() {
@@ -176,6 +177,7 @@ impl Cell {
     }
 
     /// The density `within` the cell, a point of [0, 1]³.
+    #[inline]
     pub(crate) fn at(&self, within: DVec3) -> f32 {
         let part = within.clamp(DVec3::ZERO, DVec3::ONE);
         let mix = |a: f64, b: f64, part: f64| a * (1.0 - part) + b * part;

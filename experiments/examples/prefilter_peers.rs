@@ -56,7 +56,7 @@ fn main() -> Result<()> {
     }
     let [folder, reference]: [String; 2] =
         names.try_into().map_err(|_| anyhow!("FOLDER REFERENCE"))?;
-    rayon::ThreadPoolBuilder::new().num_threads(1).build_global()?;
+    rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global()?;
     setup.hybrid = setup.hybrid.map(|(rays, _)| (rays, reach));
     let mut peer = PeerScene::open(Path::new(&folder), &reference, every)?;
     if light != 1.0 {

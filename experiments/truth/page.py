@@ -14,7 +14,7 @@ strands are not wider than half a pixel of those, and 256 rays a point.
 
 Made by `python experiments/truth/truth.py --tools target/release/dsm-tools --page docs/results/truth.md --json
 docs/results/truth.json`; see [experiments/truth](../../experiments/truth/README.md). All rows are in
-[truth.json](truth.json). By `{version}`.
+[truth.json](truth.json). By `{version}`{later}.
 
 Receivers are drawn from the geometry itself, {count} of a kind: on the *ground*; beside surfaces by the cosine between
 the light's centre and the side they are on, above 0.2 (*lit side*), below −0.2 (*turned away*) or between (*grazing*);
@@ -24,8 +24,8 @@ those of a point on a strand pass over its own segment and the two beside it. Ki
 
 Numbers are RMSE over receivers and channels, with the tracers' own noise, known from two halves of their rays, taken
 off; in brackets the mean difference, too light above 0. Asked are at most {over_all} over all, {kind} of a kind, and a
-mean within {mean}: what is above is **bold**. {met} of the {of} numbers of maps traced by default (fragments; where
-there are media, `mtsm`) are within them.
+mean within {mean}: what is above is **bold**. {met} of the {of} numbers of maps traced by default (fragments)
+are within them.
 """
 
 
@@ -125,17 +125,25 @@ def speeds(rows):
     return table(heads, lines)
 
 
+def later(document):
+    """Which scenes another version of the program was measured on."""
+    versions = {}
+    for name, version in document.get("later", {}).items():
+        versions.setdefault(version, []).append(f"*{name}*")
+    return "".join(f", {' and '.join(names)} by `{version}`" for version, names in versions.items())
+
+
 def page(document, described):
     rows = Rows(document["rows"])
     asked = [row for row in rows.rows if row["default"]]
     met = sum(not bounds.excess(row, *bounds.asked(row)) for row in asked)
     parts = [
         HEAD.format(
-            version=document["program"], count=max(row["count"] for row in rows.only(receivers="ground")), lift=LIFT,
+            version=document["program"], later=later(document), count=max(row["count"] for row in rows.only(receivers="ground")), lift=LIFT,
             over_all=bounds.OVER_ALL, kind=bounds.OF_A_KIND, mean=bounds.MEAN, met=met, of=len(asked),
         ),
         "## The scenes\n",
-        "".join(f"- *{scene.name}*: {scene.what}\n" for scene in described),
+        "".join(f"- *{scene.name}*: {scene.what}\n" for scene in described if scene.name in rows.names()),
         "Each stands on a ground and is about 2 high; a square light, 1 wide, stands 5.7 above and to the side.\n",
         "## Traced by default, by kind of receiver\n",
         by_kind(rows),

@@ -13,12 +13,12 @@ from measure import error
 from program import write_scene
 from receivers import draw
 
-# The kind that is traced by default, and where there are media, which fragments cannot hold.
-TRACED, TRACED_IN_MEDIA = ("fragments", "trace"), ("mtsm", "trace")
+# The kind that is traced by default.
+TRACED = ("fragments", "trace")
 METHODS = (
     TRACED,
     ("layers", "trace"),
-    TRACED_IN_MEDIA,
+    ("mtsm", "trace"),
     ("deep", "filter"),
     ("layers", "filter"),
     ("mtsm", "filter"),
@@ -42,10 +42,6 @@ class Effort:
 
 FULL = Effort(400, 24, 256, 32)
 SMALL = Effort(300, 16, 0, 24)
-
-
-def traced(scene):
-    return TRACED_IN_MEDIA if scene.has_media() else TRACED
 
 
 class Study:
@@ -83,9 +79,10 @@ class Study:
                 halves = visibility(peer, light, points, own, side, 7)
                 truths[key] = receivers, points, halves
             receivers, points, halves = truths[key]
-            methods = METHODS if variant in every_method else (traced(scene),)
+            methods = METHODS if variant in every_method else (TRACED,)
             if scene.has_media():
-                methods = [method for method in methods if method[0] != "fragments" and method[0] != "layers"]
+                # Layers hold no media.
+                methods = [method for method in methods if method[0] != "layers"]
             moved = points * variant.scale + np.array(variant.offset)
             yield from self._methods(scene, light, variant, methods, receivers, moved, halves)
 
@@ -103,9 +100,9 @@ class Study:
                 for name, own in rows:
                     yield {
                         "scene": scene.name, "variant": variant.name, "ask": "lookup", "kind": kind, "method": method,
-                        "default": (kind, method) == traced(scene), "receivers": name, **own.as_json(),
+                        "default": (kind, method) == TRACED, "receivers": name, **own.as_json(),
                     }  # fmt: skip
-                if variant == scenes.BASE and (kind, method) == traced(scene):
+                if variant == scenes.BASE and (kind, method) == TRACED:
                     yield speed(scene, kind, rate, baked)
 
     def _pictures(self, scene, variant, embree):

@@ -12,8 +12,10 @@ import bounds
 import embree
 import files
 import models
+import page
 import receivers
 import scenes
+import truth
 import vdb
 from geometry import MASK, Light, Material, Mesh, Strands, Volume, unit
 from measure import error
@@ -134,6 +136,18 @@ class Numbers(unittest.TestCase):
             self.assertFalse(bounds.check([row | {"rmse": 0.021}]))
             self.assertFalse(bounds.check([row | {"mean": -0.004}]))
             self.assertTrue(bounds.check([row | {"rmse": 0.5, "default": False}]))
+
+    def test_scenes_that_are_measured_again_take_the_place_of_what_they_were(self):
+        def rows(*found):
+            return [{"scene": name, "rmse": rmse} for name, rmse in found]
+
+        kept = {"program": "old", "seconds": 9, "rows": rows(("a", 1), ("b", 2), ("b", 3), ("c", 4))}
+        again = {"program": "new", "seconds": 1, "rows": rows(("b", 5), ("d", 6))}
+        found = truth.merged(kept, again)
+        self.assertEqual(found["rows"], rows(("a", 1), ("b", 5), ("c", 4), ("d", 6)))
+        self.assertEqual(found["later"], {"b": "new", "d": "new"})
+        self.assertEqual(page.later(found), ", *b* and *d* by `new`")
+        self.assertEqual((found["program"], page.later(kept)), ("old", ""))
 
 
 class Files(unittest.TestCase):

@@ -1,6 +1,7 @@
 """Soft shadows of the program against tracers that have nothing to do with it.
 
 truth.py --tools PROGRAM [--small [--record]] [--json OUT.json] [--page OUT.md] [--rows ROWS.json] [--scenes NAME,…]
+         [--keep ROWS.json]
 
 Without --small: every scene in every way, some 10 minutes on two cores, which makes docs/results/truth.md. With it: the
 scenes that are generated, fewer points, in less than two minutes; exit code 1 if a bound is passed.
@@ -31,17 +32,23 @@ def arguments():
     parser.add_argument("--page", help="write the tables")
     parser.add_argument("--rows", help="take the rows of an earlier --json and measure nothing")
     parser.add_argument("--scenes", help="only these, by name, separated by commas")
+    parser.add_argument("--keep", help="with --scenes: the rows of all others, from an earlier --json")
     parser.add_argument("--threads", type=int, default=os.cpu_count())
     return parser.parse_args()
 
 
-def chosen_scenes(options):
+def every_scene(options):
     found = list(scenes.generated())
     if not options.small:
         if scenes.DATA.is_dir():
             found += scenes.real()
         else:
             print(f"SKIPPED: the scenes of downloaded models, {scenes.DATA} is not there")
+    return found
+
+
+def chosen_scenes(options):
+    found = every_scene(options)
     if options.scenes:
         names = options.scenes.split(",")
         unknown = set(names) - {scene.name for scene in found}
@@ -89,17 +96,30 @@ def run(options):
     return {"program": program.version(), "seconds": round(time.monotonic() - start), "rows": rows}
 
 
+def merged(kept, document):
+    """Rows of an earlier run, with those of the scenes that were measured again in their place."""
+    again = {}
+    for row in document["rows"]:
+        again.setdefault(row["scene"], []).append(row)
+    names = dict.fromkeys(row["scene"] for row in kept["rows"] + document["rows"])
+    rows = [row for name in names for row in again.get(name, [r for r in kept["rows"] if r["scene"] == name])]
+    later = {**kept.get("later", {}), **{name: document["program"] for name in again}}
+    return {**kept, "later": later, "rows": rows}
+
+
 def main():
     options = arguments()
     if options.rows:
         document = read(options.rows)
     else:
         document = run(options)
+        if options.keep:
+            document = merged(read(options.keep), document)
     rows = document["rows"]
     if options.json:
         write(options.json, document)
     if options.page:
-        Path(options.page).write_text(page.page(document, list(chosen_scenes(options))))
+        Path(options.page).write_text(page.page(document, every_scene(options)))
     print(f"{len(rows)} rows in {document['seconds']} s")
     if options.small and options.record:
         bounds.record(rows)

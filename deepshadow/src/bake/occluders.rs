@@ -105,6 +105,10 @@ impl<T: Transmittance> HitSource<T> for AnyHitSource<'_, T> {
     fn hits(&self, samples: &TileSamples, hits: &mut TileHits<T>) -> Result<(), SourceError> {
         self.0.hits(samples, hits)
     }
+
+    fn has_media(&self) -> bool {
+        self.0.has_media()
+    }
 }
 
 /// The error of a source of any type.
@@ -130,6 +134,10 @@ where
 
     fn hits(&self, samples: &TileSamples, hits: &mut TileHits<T>) -> Result<(), SourceError> {
         self.0.hits(samples, hits).map_err(|error| SourceError(error.into()))
+    }
+
+    fn has_media(&self) -> bool {
+        self.0.has_media()
     }
 }
 

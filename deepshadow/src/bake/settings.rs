@@ -56,8 +56,9 @@ pub struct Bake {
     pub samples: Option<u32>,
     /// The pixel filter. Default: a box of one pixel.
     pub filter: Filter,
-    /// The bound of the error of every visibility function. None: 0.25/√N of N
-    /// samples under the filter, of kind `mtsm` 0.02.
+    /// The bound of the error of every visibility function, of kind `fragments` of media
+    /// alone. None: 0.25/√N of N samples under the filter, of kind `mtsm` 0.02, of
+    /// `fragments` 0.005.
     pub tolerance: Option<Tolerance>,
     /// The maximum number of layers or fragments of a pixel: the nearest are kept.
     pub max_layers: Option<u32>,

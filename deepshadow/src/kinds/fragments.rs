@@ -1,8 +1,8 @@
-//! Maps of fragments: planes with coverage masks.
+//! Maps of fragments: planes with coverage masks, and media beside them.
 
 use std::path::Path;
 
-use dsm_core::{Tolerance, Transmittance, ViewRaster};
+use dsm_core::{Transmittance, ViewRaster};
 use dsm_io::WriteOptions;
 use dsm_io::detail::{CachedMap, Container, ErasedMap};
 use shadow_maps::detail::{
@@ -10,8 +10,7 @@ use shadow_maps::detail::{
 };
 
 use super::layered::{self, BakeFromBehind};
-use super::layers::check_surfaces;
-use super::shadow_kind::ShadowKind;
+use super::shadow_kind::{ShadowKind, refuse};
 use crate::bake::Job;
 use crate::bake::occluders::AnyHitSource;
 use crate::bake::report::BakeReport;
@@ -29,7 +28,7 @@ use crate::shadow::handle::Shadow;
 /// Places along a side of a pixel unless another number is asked for.
 const COVERAGE: u32 = 8;
 
-/// Planes with coverage masks.
+/// Planes with coverage masks, and media beside them.
 pub(super) struct Fragments;
 
 impl ShadowKind for Fragments {
@@ -42,7 +41,10 @@ impl ShadowKind for Fragments {
             let reason = "fragments take --coverage, not --samples";
             return Err(Error::Unsupported(reason.to_owned()));
         }
-        check_surfaces(settings)
+        if settings.resets.is_some() {
+            return refuse("--resets", "mtsm");
+        }
+        layered::check(settings)
     }
 
     fn open(&self, container: Container, options: &OpenOptions) -> Result<Box<dyn OpenMap>> {
@@ -70,13 +72,17 @@ impl BakeFromBehind for Fragments {
         if let Some(layers) = asked.max_layers {
             builder = builder.with_layers(layers)?;
         }
+        if let Some(tolerance) = asked.tolerance {
+            builder = builder.with_tolerance(tolerance);
+        }
         let describe = |metadata: &mut _| job.describe(metadata);
         let options =
             WriteOptions::default().with_tile_size(asked.tile_size).with_packing(asked.packing);
-        let baked = bake_fragments::<T, _>(&builder, &source, output, options, describe, |at| {
-            job.watch(at)
-        })?;
-        Ok(job.report::<T>(coverage * coverage, Tolerance::EXACT, baked))
+        let (baked, tolerance) =
+            bake_fragments::<T, _>(&builder, &source, output, options, describe, |at| {
+                job.watch(at)
+            })?;
+        Ok(job.report::<T>(coverage * coverage, tolerance, baked))
     }
 }
 

@@ -44,7 +44,7 @@ pub(super) fn check_surfaces(settings: &Bake) -> Result<()> {
         return refuse("--resets", "mtsm");
     }
     if settings.tolerance.is_some() {
-        return refuse("--tolerance", "deep or mtsm");
+        return refuse("--tolerance", "deep, fragments or mtsm");
     }
     if settings.samples.is_some_and(|samples| samples != 1) {
         let kind = settings.kind.name();

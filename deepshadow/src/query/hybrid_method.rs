@@ -18,7 +18,7 @@ pub struct HybridMethod {
     /// number. Where the map shows nothing near, none are traced.
     pub rays: u32,
     /// How far they go: to where the light's cone is so many texels of the finest level
-    /// wide. None: 2.
+    /// wide. None: 8.
     pub reach: Option<f64>,
     /// The lookups beyond.
     pub lookup: PrefilterMethod,

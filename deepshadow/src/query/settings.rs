@@ -7,8 +7,8 @@ use super::method::Method;
 /// A query of a map: its method, its light and its seed.
 ///
 /// Everything has a default, so that `Query::new()` queries each kind of map in
-/// its own way: deep maps are filtered at the pixel that contains the point, all
-/// others are traced with 256 rays to the light of their header.
+/// its own way: deep maps are filtered at the pixel that contains the point, prefiltered
+/// ones looked up, all others traced with 256 rays to the light of their header.
 ///
 /// ```
 /// use deepshadow::{Query, TraceMethod};

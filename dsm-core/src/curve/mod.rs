@@ -4,6 +4,7 @@ mod compensated;
 mod depth_sort;
 mod exact_sum;
 mod optical_depth;
+pub(crate) mod optical_depth_chords;
 mod steps;
 pub(crate) mod surface_sweep;
 pub(crate) mod sweep;

@@ -130,6 +130,12 @@ impl<T: Transmittance> Stretch<T> {
         })
     }
 
+    /// By how much the extinction changes per unit of depth, in the channel where that is
+    /// most.
+    pub(crate) fn steepest(&self) -> f64 {
+        self.slope.as_ref().iter().fold(0.0, |most, slope| most.max(slope.abs()))
+    }
+
     /// The distance from `z` that a chord may reach before it can miss f =
     /// exp(−optical depth), `value` at `z`, by more than `error`.
     ///

@@ -164,15 +164,12 @@ impl<T: Transmittance> RayHits<T> {
             return;
         }
         self.surfaces.retain(|surface| surface.depth > depth);
-        self.segments.retain_mut(|segment| {
-            if segment.far <= depth {
-                return false;
+        self.segments.retain_mut(|segment| match segment.behind(depth) {
+            Some(rest) => {
+                *segment = rest;
+                true
             }
-            if segment.near < depth {
-                segment.near_extinction = segment.extinction(depth);
-                segment.near = depth;
-            }
-            true
+            None => false,
         });
     }
 
@@ -202,6 +199,17 @@ impl<T: Transmittance> RayHits<T> {
 }
 
 impl<T: Transmittance> VolumeSegment<T> {
+    /// The part of it behind `depth`; None if there is none.
+    pub(crate) fn behind(self, depth: f32) -> Option<Self> {
+        if self.far <= depth {
+            None
+        } else if self.near < depth {
+            Some(Self { near: depth, near_extinction: self.extinction(depth), ..self })
+        } else {
+            Some(self)
+        }
+    }
+
     /// The extinction at `depth`, which lies between the ends.
     fn extinction(&self, depth: f32) -> T::Sum {
         let (near, far) = (f64::from(self.near), f64::from(self.far));

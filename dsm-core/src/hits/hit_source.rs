@@ -65,6 +65,12 @@ pub trait HitSource<T: Transmittance>: Sync {
     ///
     /// Any failure of the source. The bake ends then.
     fn hits(&self, samples: &TileSamples, hits: &mut TileHits<T>) -> Result<(), Self::Error>;
+
+    /// Whether there may be media: who says that there are none is not asked for them
+    /// where a map takes them from other samples than surfaces. Default: there may.
+    fn has_media(&self) -> bool {
+        true
+    }
 }
 
 impl<T: Transmittance, S: HitSource<T> + ?Sized> HitSource<T> for &S {
@@ -72,6 +78,10 @@ impl<T: Transmittance, S: HitSource<T> + ?Sized> HitSource<T> for &S {
 
     fn hits(&self, samples: &TileSamples, hits: &mut TileHits<T>) -> Result<(), Self::Error> {
         (**self).hits(samples, hits)
+    }
+
+    fn has_media(&self) -> bool {
+        (**self).has_media()
     }
 }
 

@@ -33,6 +33,7 @@ pub struct TileHits<T: Transmittance> {
     /// Normals by surface, in ascending order.
     normals: Vec<(u32, Vec3)>,
     wants_normals: bool,
+    wants_media: bool,
     segments: Vec<(u32, VolumeSegment<T>)>,
 }
 
@@ -46,6 +47,7 @@ impl<T: Transmittance> TileHits<T> {
             opacities: Vec::new(),
             normals: Vec::new(),
             wants_normals: false,
+            wants_media: true,
             segments: Vec::new(),
         }
     }
@@ -56,6 +58,13 @@ impl<T: Transmittance> TileHits<T> {
         let mut hits = Self::new(samples);
         hits.wants_normals = true;
         hits
+    }
+
+    /// The same for a map that takes no media from these samples: those that are added
+    /// are checked and left out.
+    #[must_use]
+    pub fn without_media(self) -> Self {
+        Self { wants_media: false, ..self }
     }
 
     /// Forgets everything, keeps the memory, and expects hits of `samples`
@@ -78,6 +87,12 @@ impl<T: Transmittance> TileHits<T> {
     #[must_use]
     pub const fn wants_normals(&self) -> bool {
         self.wants_normals
+    }
+
+    /// True if media are kept; if not, a source needn't compute them.
+    #[must_use]
+    pub const fn wants_media(&self) -> bool {
+        self.wants_media
     }
 
     /// Adds a surface hit of `sample`.
@@ -209,7 +224,9 @@ impl<T: Transmittance> TileHits<T> {
     ) -> Result<()> {
         self.check_sample(sample)?;
         let segments = medium(samples, distance_per_depth)?;
-        self.segments.extend(segments.map(|segment| (sample, segment)));
+        if self.wants_media {
+            self.segments.extend(segments.map(|segment| (sample, segment)));
+        }
         Ok(())
     }
 
@@ -223,7 +240,9 @@ impl<T: Transmittance> TileHits<T> {
     pub fn push_slab(&mut self, sample: u32, near: f32, far: f32, opacity: T) -> Result<()> {
         self.check_sample(sample)?;
         let (segment, surface) = slab(near, far, opacity)?;
-        self.segments.push((sample, segment));
+        if self.wants_media {
+            self.segments.push((sample, segment));
+        }
         if let Some(surface) = surface {
             self.push_checked(sample, surface);
         }
@@ -238,7 +257,9 @@ impl<T: Transmittance> TileHits<T> {
     pub fn push_ray(&mut self, sample: u32, ray: &RayHits<T>) -> Result<()> {
         self.check_sample(sample)?;
         ray.surfaces().iter().for_each(|&surface| self.push_checked(sample, surface));
-        self.segments.extend(ray.segments().iter().map(|&segment| (sample, segment)));
+        if self.wants_media {
+            self.segments.extend(ray.segments().iter().map(|&segment| (sample, segment)));
+        }
         Ok(())
     }
 

@@ -14,7 +14,7 @@ use crate::achieved_error::AchievedError;
 use crate::blocks::{BLOCKS_A_THREAD, Blocks, is_empty, stated_depth_error};
 use crate::error::{Error, Result};
 use crate::format::level::Level;
-use crate::progress::tell;
+use crate::progress::{Watch, tell};
 use crate::reader::MapReader;
 use crate::region::Region;
 use crate::tile_id::TileRect;
@@ -117,21 +117,21 @@ impl MapDifference {
 pub fn compare(
     a: &mut MapSource,
     b: &mut MapSource,
-    progress: impl FnMut(Progress) -> ControlFlow<()>,
+    mut progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<MapDifference> {
-    measure(a, b, Measure::Difference, progress)
+    measure(a, b, Measure::Difference, &mut progress)
 }
 
 fn measure(
     a: &mut MapSource,
     b: &mut MapSource,
     by: Measure,
-    mut progress: impl FnMut(Progress) -> ControlFlow<()>,
+    progress: Watch<'_>,
 ) -> Result<MapDifference> {
     check_alike(a, b)?;
     match (&*a, &*b) {
         (MapSource::Map(a), MapSource::Map(b)) => {
-            let summary = compare_maps(a, b, 0, by, &mut progress)?;
+            let summary = compare_maps(a, b, 0, by, progress)?;
             Ok(MapDifference::of_levels([(0, a.metadata().width, summary)]))
         }
         _ => compare_rows_of(a, b, by, progress),
@@ -154,7 +154,7 @@ pub fn compare_levels(
     check_alike(a, b)?;
     let (MapSource::Map(a), MapSource::Map(b)) = (&*a, &*b) else {
         let by = Measure::Difference;
-        return compare_rows_of(a, b, by, progress);
+        return compare_rows_of(a, b, by, &mut progress);
     };
     if let (Some(one), Some(other)) = (a.crop(), b.crop())
         && one != other
@@ -205,7 +205,7 @@ fn compare_rows_of(
     a: &mut MapSource,
     b: &mut MapSource,
     by: Measure,
-    mut progress: impl FnMut(Progress) -> ControlFlow<()>,
+    progress: Watch<'_>,
 ) -> Result<MapDifference> {
     let [width, height] = a.size();
     let mut summary = DifferenceSummary::default();
@@ -217,7 +217,7 @@ fn compare_rows_of(
             compare_rows::<Rgb>(a, b, by, width, rows.clone())
         }?;
         summary.merge(&band);
-        tell(&mut progress, rows.end, height)?;
+        tell(progress, rows.end, height)?;
     }
     Ok(MapDifference::of_levels([(0, width, summary)]))
 }
@@ -228,7 +228,7 @@ fn compare_maps(
     b: &MapReader,
     index: u32,
     by: Measure,
-    progress: &mut impl FnMut(Progress) -> ControlFlow<()>,
+    progress: Watch<'_>,
 ) -> Result<DifferenceSummary> {
     let (level, other) = (a.container().level(index)?, b.container().level(index)?);
     let blocks = Blocks::new(level, [other]);
@@ -309,11 +309,11 @@ fn compare_block<T: Transmittance>(
 pub fn check_bound(
     map: MapReader,
     source: &mut MapSource,
-    progress: impl FnMut(Progress) -> ControlFlow<()>,
+    mut progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<MapDifference> {
     let stated = map.metadata().info.tolerance.epsilon();
     let map = &mut MapSource::Map(Box::new(map));
-    let difference = measure(map, source, Measure::Bound, progress)?;
+    let difference = measure(map, source, Measure::Bound, &mut progress)?;
     let bound = f64::from(stated) + f64::from(AchievedError::SLACK);
     match difference.worst {
         Some(worst) if worst.difference > bound => Err(Error::Bound { stated, worst }),

@@ -16,7 +16,7 @@ use super::rows::SourceRows;
 use super::source::MapSource;
 use crate::error::{Error, Result};
 use crate::format::atomic_file::AtomicFile;
-use crate::progress::tell;
+use crate::progress::{Watch, tell};
 use crate::region::Region;
 
 /// Counts and errors of an export.
@@ -85,7 +85,16 @@ pub fn export_deep_exr(
     source: &mut MapSource,
     output: &Path,
     options: &ExportOptions,
-    progress: impl FnMut(Progress) -> ControlFlow<()>,
+    mut progress: impl FnMut(Progress) -> ControlFlow<()>,
+) -> Result<ExportReport> {
+    export_watched(source, output, options, &mut progress)
+}
+
+fn export_watched(
+    source: &mut MapSource,
+    output: &Path,
+    options: &ExportOptions,
+    progress: Watch<'_>,
 ) -> Result<ExportReport> {
     let MapSource::Map(map) = &*source else {
         return Err(Error::setting(
@@ -158,7 +167,7 @@ impl Export<'_> {
         &self,
         source: &mut MapSource,
         output: &Path,
-        mut progress: impl FnMut(Progress) -> ControlFlow<()>,
+        progress: Watch<'_>,
     ) -> Result<(u64, u32, f64)> {
         let in_output = |error| Error::from(error).in_file(Some(output));
         let mut writer =
@@ -187,7 +196,7 @@ impl Export<'_> {
                 samples += chunk.samples;
                 worst = worst.max(chunk.worst);
             }
-            tell(&mut progress, rows.end, source.size()[1])?;
+            tell(progress, rows.end, source.size()[1])?;
             first = end;
         }
         let max_samples = writer.max_samples();

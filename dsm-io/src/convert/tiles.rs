@@ -17,7 +17,7 @@ use crate::codec::Codec;
 use crate::error::{Error, Result};
 use crate::format::encoded_tile::EncodedTile;
 use crate::measured_pixels::MeasuredPixels;
-use crate::progress::tell;
+use crate::progress::{Watch, tell};
 use crate::tile_id::TileId;
 use crate::write_options::WriteOptions;
 use crate::writer::MapWriter;
@@ -126,7 +126,7 @@ fn convert_sized(
     source: &mut MapSource,
     output: &Path,
     options: &ConvertOptions,
-    progress: &mut impl FnMut(Progress) -> ControlFlow<()>,
+    progress: Watch<'_>,
 ) -> Result<ImportReport> {
     let (metadata, mut report) = source.target_metadata(options.tolerance, options.cameras)?;
     let [width, height] = [metadata.width, metadata.height];

@@ -50,7 +50,7 @@ impl Metadata {
         let Self { width, height, channels, info, software, attributes } = self;
         let written = Written {
             kind: K::NAME,
-            kind_version: (K::VERSION > 1).then_some(K::VERSION),
+            kind_version: Some(K::version(keys)).filter(|&version| version > 1),
             width: *width,
             height: *height,
             channels: *channels,
@@ -95,5 +95,23 @@ impl Metadata {
             ))),
             _ => Ok(()),
         }
+    }
+
+    /// Refuses the JSON object of a map whose keys ask for another version of its kind than
+    /// it states.
+    pub(crate) fn check_version<K: MapKind>(json: &[u8], keys: &K::Keys) -> Result<()> {
+        #[derive(Deserialize)]
+        struct Version {
+            kind_version: Option<u32>,
+        }
+        let Version { kind_version } = serde_json::from_slice(json).map_err(Error::Json)?;
+        let (stated, needed) = (kind_version.unwrap_or(1), K::version(keys));
+        if stated == needed {
+            return Ok(());
+        }
+        Err(Error::Metadata(format!(
+            "version {stated} of kind \"{}\", whose keys are those of version {needed}",
+            K::NAME
+        )))
     }
 }

@@ -35,7 +35,7 @@ pub trait MapKind: Debug + Send + Sync + Sized + 'static {
     /// What messages call such a map, with its article: `a deep shadow map`.
     const TITLE: &'static str;
 
-    /// The version of the payload. Files of a later one are refused.
+    /// The newest version of the payload. Files of a later one are refused.
     const VERSION: u32 = 1;
 
     /// Whether a file may hold a crop of a map.
@@ -50,6 +50,12 @@ pub trait MapKind: Debug + Send + Sync + Sized + 'static {
 
     /// The pixels of a tile.
     type Tile<T: Transmittance>: MapTile;
+
+    /// The version of the payload of a map with these keys, such as the oldest that has all
+    /// that it holds. Files that state another one are refused.
+    fn version(_keys: &Self::Keys) -> u32 {
+        Self::VERSION
+    }
 
     /// Holds the metadata to the kind's rules.
     ///

@@ -86,6 +86,7 @@ impl<K: MapKind> KindReader<K> {
         Metadata::check_kind::<K>(json)?;
         let stated = Metadata::from_json_of_any_kind(json)?;
         let keys: K::Keys = serde_json::from_slice(json).map_err(Error::Json)?;
+        Metadata::check_version::<K>(json, &keys)?;
         K::check(&stated, &keys)?;
         K::check_levels(container.levels(), &keys)?;
         let refuse = |reason: &str| Err(Error::invalid(Place::Level(0), reason.to_owned()));

@@ -1,6 +1,5 @@
 //! Crops into the map that they are parts of.
 
-use std::ops::ControlFlow;
 use std::path::Path;
 
 use super::refuse;
@@ -8,17 +7,12 @@ use crate::error::{Error, Result, check_limit};
 use crate::format::level::Level;
 use crate::format::write::ContainerWriter;
 use crate::limits::Limits;
-use crate::progress::tell;
+use crate::progress::{Watch, tell};
 use crate::reader::MapReader;
 use crate::tile_id::TileId;
-use dsm_core::Progress;
 
 /// Puts crops together, tile by tile as they are stored.
-pub(super) fn assemble(
-    crops: &[MapReader],
-    output: &Path,
-    mut progress: impl FnMut(Progress) -> ControlFlow<()>,
-) -> Result<()> {
+pub(super) fn assemble(crops: &[MapReader], output: &Path, progress: Watch<'_>) -> Result<()> {
     let Some(first) = crops.first() else { return Ok(()) };
     // Other numbers of digits, or another program: not one map.
     let json = first.container().metadata();
@@ -51,7 +45,7 @@ pub(super) fn assemble(
         copy_tile(&crops[*source], &level, id, &mut writer)
             .map_err(|error| error.in_file(crops[*source].container().path()))?;
         done += 1;
-        tell(&mut progress, done, sources.len() as u64)?;
+        tell(progress, done, sources.len() as u64)?;
     }
     writer.finish(json)?;
     Ok(())

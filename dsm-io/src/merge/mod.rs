@@ -108,7 +108,7 @@ pub fn merge(
     maps: &[MapReader],
     output: &Path,
     tolerance: Option<Tolerance>,
-    progress: impl FnMut(Progress) -> ControlFlow<()>,
+    mut progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<MergeReport> {
     let [first, others @ ..] = maps else {
         return Err(Error::setting("there is nothing to merge"));
@@ -118,15 +118,15 @@ pub fn merge(
     }
     if let Some(windows) = Windows::of(maps) {
         refuse_tolerance(tolerance)?;
-        windows.join(output, progress)?;
+        windows.join(output, &mut progress)?;
         return Ok(MergeReport::Assembled);
     }
     if others.iter().all(|other| pixels(other) == pixels(first)) {
-        return multiply::multiply(maps, output, tolerance.unwrap_or_default(), progress);
+        return multiply::multiply(maps, output, tolerance.unwrap_or_default(), &mut progress);
     }
     if maps.iter().all(|map| map.crop().is_some()) {
         refuse_tolerance(tolerance)?;
-        assemble::assemble(maps, output, progress)?;
+        assemble::assemble(maps, output, &mut progress)?;
         return Ok(MergeReport::Assembled);
     }
     let sizes: Vec<_> = maps.iter().map(size_text).collect();

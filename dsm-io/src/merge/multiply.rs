@@ -1,10 +1,9 @@
 //! Maps of the same pixels into the light past all of them.
 
-use std::ops::ControlFlow;
 use std::path::Path;
 
 use dsm_core::detail::VisibilityProduct;
-use dsm_core::{Progress, Rgb, Tolerance, Transmittance};
+use dsm_core::{Rgb, Tolerance, Transmittance};
 use rayon::prelude::*;
 
 use super::{MergeReport, refuse};
@@ -19,7 +18,7 @@ use crate::format::level::Level;
 use crate::format::write::ContainerWriter;
 use crate::measured_pixels::MeasuredPixels;
 use crate::metadata::Metadata;
-use crate::progress::tell;
+use crate::progress::{Watch, tell};
 use crate::reader::MapReader;
 use crate::region::AnyRegion;
 use crate::tile_id::{TileId, TileRect};
@@ -29,7 +28,7 @@ pub(super) fn multiply(
     maps: &[MapReader],
     output: &Path,
     added: Tolerance,
-    mut progress: impl FnMut(Progress) -> ControlFlow<()>,
+    progress: Watch<'_>,
 ) -> Result<MergeReport> {
     let Some(first) = maps.first() else { return Err(Error::setting("there is nothing to merge")) };
     let metadata = metadata(first, maps, added)?;
@@ -57,7 +56,7 @@ pub(super) fn multiply(
         for MultipliedTile { id, encoded, achieved } in tiles.into_iter().flatten() {
             writer.write_tile(id, &encoded, achieved)?;
         }
-        tell(&mut progress, end, blocks.count())?;
+        tell(progress, end, blocks.count())?;
     }
     writer.finish(&json)?;
     let lost_levels = maps.iter().map(|map| map.levels().len() - 1).sum();

@@ -1,10 +1,9 @@
 //! Maps of several data windows of one picture into one map.
 
-use std::ops::ControlFlow;
 use std::path::Path;
 
 use dsm_core::detail::PixelWindow;
-use dsm_core::{Progress, Rgb, Transmittance};
+use dsm_core::{Rgb, Transmittance};
 use rayon::prelude::*;
 
 use crate::achieved_error::AchievedError;
@@ -18,7 +17,7 @@ use crate::format::level::Level;
 use crate::limits::Limits;
 use crate::measured_pixels::MeasuredPixels;
 use crate::metadata::Metadata;
-use crate::progress::tell;
+use crate::progress::{Watch, tell};
 use crate::reader::MapReader;
 use crate::region::AnyRegion;
 use crate::tile_id::{TileId, TileRect};
@@ -93,11 +92,7 @@ impl<'a> Windows<'a> {
     }
 
     /// Writes the whole, in tiles of the first map's size.
-    pub(super) fn join(
-        &self,
-        output: &Path,
-        mut progress: impl FnMut(Progress) -> ControlFlow<()>,
-    ) -> Result<()> {
+    pub(super) fn join(&self, output: &Path, progress: Watch<'_>) -> Result<()> {
         let pixels = u64::from(self.metadata.width) * u64::from(self.metadata.height);
         check_limit("pixels", pixels, Limits::default().max_pixels)?;
         let blocks = self.maps.iter().map(MapReader::packing).collect::<Result<Vec<_>>>()?;
@@ -120,7 +115,7 @@ impl<'a> Windows<'a> {
             for JoinedTile { id, encoded, achieved } in tiles.into_iter().flatten() {
                 writer.write_encoded(id, &encoded, achieved)?;
             }
-            tell(&mut progress, end, blocks.count())?;
+            tell(progress, end, blocks.count())?;
         }
         writer.finish()?;
         Ok(())

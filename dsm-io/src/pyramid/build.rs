@@ -15,7 +15,7 @@ use crate::achieved_error::AchievedError;
 use crate::error::{Error, Result};
 use crate::format::encoded_tile::EncodedTile;
 use crate::format::level::Level;
-use crate::progress::tell;
+use crate::progress::{Watch, tell};
 use crate::tile_id::TileId;
 use crate::writer::MapWriter;
 
@@ -48,7 +48,7 @@ pub fn build_pyramid<T: Transmittance, S: PyramidSource<T>>(
     source: &S,
     writer: &mut MapWriter,
     options: &PyramidOptions,
-    progress: impl FnMut(Progress) -> ControlFlow<()>,
+    mut progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<()> {
     let (channels, asked) = (writer.metadata().channels, T::CHANNELS as u8);
     if channels != asked {
@@ -70,7 +70,8 @@ pub fn build_pyramid<T: Transmittance, S: PyramidSource<T>>(
     let open = OpenTiles::new(plan.pyramid.level_count());
     let averager = Averager::default();
     let depth_error = source.depth_error();
-    Builder { plan, source, writer, open, pending, averager, depth_error }.run(traversal, progress)
+    Builder { plan, source, writer, open, pending, averager, depth_error }
+        .run(traversal, &mut progress)
 }
 
 /// A pyramid while it is built.
@@ -93,11 +94,7 @@ enum Output<T> {
 }
 
 impl<T: Transmittance, S: PyramidSource<T>> Builder<'_, T, S> {
-    fn run(
-        mut self,
-        mut traversal: Traversal,
-        mut progress: impl FnMut(Progress) -> ControlFlow<()>,
-    ) -> Result<()> {
+    fn run(mut self, mut traversal: Traversal, progress: Watch<'_>) -> Result<()> {
         let count = traversal.tile_count();
         let window = TILES_A_THREAD * rayon::current_num_threads().max(1);
         let mut done = 0;
@@ -124,7 +121,7 @@ impl<T: Transmittance, S: PyramidSource<T>> Builder<'_, T, S> {
             };
             let worked = tiles.into_par_iter().map(work).collect::<Result<Vec<_>>>()?;
             self.take(&steps, worked)?;
-            tell(&mut progress, done, count)?;
+            tell(progress, done, count)?;
         }
     }
 

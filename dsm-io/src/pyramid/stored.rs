@@ -12,6 +12,7 @@ use crate::achieved_error::AchievedError;
 use crate::codec::Packing;
 use crate::error::{Error, Result};
 use crate::format::directory::TileDirectory;
+use crate::progress::Watch;
 use crate::reader::MapReader;
 use crate::tile::Tile;
 use crate::tile_id::TileId;
@@ -62,7 +63,16 @@ pub fn mip(
     map: &MapReader,
     output: &Path,
     options: &PyramidOptions,
-    progress: impl FnMut(Progress) -> ControlFlow<()>,
+    mut progress: impl FnMut(Progress) -> ControlFlow<()>,
+) -> Result<()> {
+    mip_watched(map, output, options, &mut progress)
+}
+
+fn mip_watched(
+    map: &MapReader,
+    output: &Path,
+    options: &PyramidOptions,
+    progress: Watch<'_>,
 ) -> Result<()> {
     let refuse = |reason| Err(Error::mismatch(reason).in_file(map.container().path()));
     let level = map.levels()[0];

@@ -293,4 +293,8 @@ impl<T: Transmittance> HitSource<T> for Rasterizer<T> {
         idle().push(scratch);
         met
     }
+
+    fn has_media(&self) -> bool {
+        false
+    }
 }

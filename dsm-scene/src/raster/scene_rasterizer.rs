@@ -95,6 +95,10 @@ impl<T: Transmittance> HitSource<T> for SceneRasterizer<T> {
         self.rasterizer.hits(samples, hits)?;
         self.rest.as_ref().map_or(Ok(()), |rest| rest.hits(samples, hits))
     }
+
+    fn has_media(&self) -> bool {
+        self.rest.as_ref().is_some_and(HitSource::<T>::has_media)
+    }
 }
 
 /// Adds an object to the rasteriser, if it can take it.

@@ -77,6 +77,7 @@ pub(crate) fn march(
 
 /// The parameter where the line leaves the box of cells, and the side it leaves
 /// through.
+#[inline]
 fn exit(origin: DVec3, direction: DVec3, start: IVec3, side: i32) -> (f64, usize) {
     let mut nearest = (f64::INFINITY, 0);
     for axis in 0..3 {
@@ -138,6 +139,7 @@ fn push_piece(samples: &mut Vec<DensitySample>, [t, end]: [f64; 2], density: &im
 }
 
 /// Adds a sample, in place of the last one if that lies on the line to it.
+#[inline]
 fn push(samples: &mut Vec<DensitySample>, next: DensitySample) {
     if let [.., before, last] = samples.as_slice() {
         let part = (last.t - before.t) / (next.t - before.t);

@@ -111,6 +111,11 @@ impl TracedScene {
         self.objects.iter().any(|object| object.inverse.is_none())
     }
 
+    /// True if there are volumes in it.
+    pub(crate) fn has_media(&self) -> bool {
+        self.objects.iter().any(|object| matches!(&*object.object.shape, Shape::Volume(_)))
+    }
+
     /// True if any opacity has a colour.
     pub(crate) fn is_coloured(&self) -> bool {
         self.objects.iter().any(|object| !object.object.opacity.is_mono())

@@ -56,7 +56,8 @@ pub(crate) struct BakeFlags {
     #[arg(long, value_name = "PIXELS", value_parser = values::finite)]
     filter_width: Option<f32>,
     /// Error bound of the transmittance at any depth, in [0, 1); auto is
-    /// 0.25/√N for the N samples under the filter, of kind mtsm 0.02
+    /// 0.25/√N for the N samples under the filter, of kind mtsm 0.02, of kind
+    /// fragments, where it is that of media alone, 0.005
     #[arg(long, value_name = "auto|E", default_value = "auto", allow_negative_numbers = true)]
     #[arg(value_parser = values::auto_tolerance)]
     tolerance: values::AutoTolerance,

@@ -46,8 +46,8 @@ pub(crate) struct RenderFlags {
     /// pcf), a prefiltered one (prefilter, hybrid), an attenuation one (attenuation)
     /// [default: one that is baked first, as large as `bake` makes it: a deep one
     /// of 16 samples and within 0.01; for trace one of kind fragments, or
-    /// with media in the scene or a --rule of kind mtsm; for prefilter and hybrid one of kind
-    /// prefiltered, for attenuation of kind attenuation]
+    /// with a --rule of kind mtsm; for prefilter and hybrid one of kind prefiltered, for
+    /// attenuation of kind attenuation]
     #[arg(long, value_name = "MAP.dsm", value_parser = values::dsm_file())]
     map: Option<PathBuf>,
     /// The source of shadows: filtered lookups in the deep map; shadow rays

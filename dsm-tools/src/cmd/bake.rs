@@ -95,7 +95,7 @@ fn of_map(request: &Bake, settings: &mut deepshadow::Bake) -> Result<BakeReport>
     let folder = tempfile::tempdir().context("cannot make a folder for the map")?;
     let map = if is_exr(path) {
         let map = folder.path().join("map.dsm");
-        let mut image = MapSource::open(path, &Selection::default(), &Limits::default())?;
+        let mut image = MapSource::open(path, Selection::default(), &Limits::default())?;
         let exact = ConvertOptions::default();
         convert(&mut image, &map, &exact, |_| ControlFlow::Continue(()))?;
         map

@@ -270,7 +270,7 @@ impl RenderJob<'_> {
     fn settings(&self, method: MapMethod) -> Result<deepshadow::Bake> {
         let settings = deepshadow::Bake::new([RESOLUTION; 2])?.with_seed(self.request.seed);
         let MapMethod::Filter(filter) = method else {
-            let kind = Kind::for_area_lights(self.scene.has_media(), &method);
+            let kind = Kind::for_area_lights(&method);
             if matches!(method, MapMethod::Trace(trace) if trace.far_table.is_some())
                 && !kind.has_planes()
             {

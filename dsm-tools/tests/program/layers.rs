@@ -175,7 +175,7 @@ fn the_far_table_is_a_switch_of_traced_fragments() {
         assert!(refused.refusal().contains("--far-table is for maps of kind fragments"));
     }
     let call = ["render", "builtin:smoke", "-o", picture.to_str().unwrap()];
-    let refused = crate::run::run(call.iter().chain(&trace).chain(&["auto"]));
+    let refused = crate::run::run(call.iter().chain(&trace).chain(&["auto", "--rule", "ratio"]));
     assert!(refused.refusal().contains("this picture needs kind mtsm"));
 }
 
@@ -274,9 +274,8 @@ fn what_does_not_fit_together_is_refused() {
     for (kind, switch, value, says) in [
         ("layers", "--resets", "3", "--resets is for maps of kind mtsm"),
         ("fragments", "--resets", "3", "--resets is for maps of kind mtsm"),
-        ("fragments", "--tolerance", "0.1", "--tolerance is for maps of kind deep or mtsm"),
         ("layers", "--samples", "4", "one sample a pixel"),
-        ("layers", "--tolerance", "0.1", "--tolerance is for maps of kind deep or mtsm"),
+        ("layers", "--tolerance", "0.1", "--tolerance is for maps of kind deep, fragments or mtsm"),
         ("mtsm", "--crop", "0,0,64,64", "--crop is for maps of kind deep"),
         ("mtsm", "--codec", "quantized", "--codec quantized is for maps of kind deep"),
     ] {

@@ -122,9 +122,62 @@ fn what_is_baked_for_a_picture_is_what_comes_closest() {
     assert_ne!(of_fragments, of_runs);
     assert_eq!(draw(panes, &[]), of_fragments);
     assert_eq!(draw(panes, &["--rule", "ratio"]), of_runs);
-    // Fragments hold no media.
-    let smoke = bake("builtin:smoke", "mtsm");
+    // With media beside them.
+    let smoke = bake("builtin:smoke", "fragments");
     assert_eq!(draw("builtin:smoke", &[]), draw("builtin:smoke", &["--map", &smoke]));
+}
+
+#[test]
+fn smoke_is_traced_as_rays_through_the_scene_find_it() {
+    let folder = Folder::new();
+    let (map, truth, image) = (folder.path("m.dsm"), folder.path("t.exr"), folder.path("i.exr"));
+    let smoke = "builtin:smoke";
+    let told =
+        run!("bake", smoke, "-o", map, "--kind", "fragments", "--resolution", "256").stdout();
+    assert!(told.contains("mono, tolerance 0.005, "), "{told}");
+    run!("verify", map).stdout();
+    let told = run!("inspect", map, "--json", "--pixel", "128,128").json();
+    assert_eq!(told["media"]["max_slabs"], 256);
+    let slabs = |name: &str| told["contents"][name].as_u64().unwrap();
+    assert!(slabs("slabs") > 4 * slabs("pixels_with_media"), "{}", told["contents"]);
+    let stated = told["levels"][0]["max_error"].as_f64().unwrap();
+    assert!(stated > 0.002 && stated <= 0.005, "{stated}");
+    assert!(told["fragments"].as_array().unwrap().iter().any(|row| row[0] != row[1]), "{told}");
+    let draw = |image: &Path, more: &[&str]| {
+        let base = ["render", smoke, "-o", image.to_str().unwrap(), "--factor", "--resolution"];
+        let few = ["48", "--samples", "4", "--rays", "64", "--method"];
+        run::run(base.iter().chain(&few).chain(more))
+    };
+    draw(&truth, &["reference"]).stdout();
+    let rmse = |kind: &str| {
+        let of_kind = folder.path("k.dsm");
+        run!("bake", smoke, "-o", of_kind, "--kind", kind, "--resolution", "256").stdout();
+        let (map, truth) = (of_kind.to_str().unwrap(), truth.to_str().unwrap());
+        let told = draw(&image, &["trace", "--map", map, "--compare", truth, "--json"]).json();
+        told["compare"]["rmse"].as_f64().unwrap()
+    };
+    // The rays of both go to the same points of the light.
+    let [fragments, runs] = ["fragments", "mtsm"].map(rmse);
+    assert!(fragments < 0.004 && fragments < runs, "{fragments} {runs}");
+    // A larger tolerance is kept, too, in less room.
+    let coarse = folder.path("c.dsm");
+    run!(
+        "bake",
+        smoke,
+        "-o",
+        coarse,
+        "--kind",
+        "fragments",
+        "--resolution",
+        "256",
+        "--tolerance",
+        "0.1"
+    )
+    .stdout();
+    let told = run!("inspect", coarse, "--json").json();
+    assert!(2 * told["contents"]["slabs"].as_u64().unwrap() < slabs("slabs"));
+    let stated = told["levels"][0]["max_error"].as_f64().unwrap();
+    assert!(stated > 0.02 && stated <= 0.1, "{stated}");
 }
 
 #[test]

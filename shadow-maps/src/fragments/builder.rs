@@ -4,7 +4,8 @@ use std::ops::ControlFlow;
 
 use dsm_core::detail::Result;
 use dsm_core::{
-    Error, HitSource, PixelSampling, Progress, ShadowCamera, TileHits, TileSamples, Transmittance,
+    Error, HitSource, PixelSampling, Progress, ShadowCamera, TileHits, TileSamples, Tolerance,
+    Transmittance,
 };
 use dsm_trace::detail::LightFrame;
 use rayon::prelude::*;
@@ -14,6 +15,8 @@ use super::columns::FragmentColumns;
 use super::fragment::Fragment;
 use super::groups::{Grouping, SampleGrid};
 use super::map::FragmentMap;
+use super::media::builder::{BlockMedia, MediaBuilder};
+use super::media::columns::MediaColumns;
 
 /// Pixels along the side of what is asked for at once.
 const TILE: u32 = 16;
@@ -22,7 +25,9 @@ const TILE: u32 = 16;
 /// or 8 × 8 places of each pixel, when the shutter is half way.
 ///
 /// Hits of a pixel that lie in one plane, do not overlap and are equally opaque
-/// become one fragment. Hits without a normal, as of strands, face the camera.
+/// become one fragment. Hits without a normal, as of strands, face the camera. Media are
+/// those along the ray through the pixel's centre, as slabs of constant extinction whose
+/// optical depth keeps to a tolerance.
 /// What lies at the light's depth or nearer is left out. Every pixel is a
 /// function of its own samples: the same on any number of threads.
 ///
@@ -60,12 +65,13 @@ pub struct FragmentBuilder {
     coverage: u32,
     sampling: PixelSampling,
     layers: u32,
+    tolerance: Tolerance,
 }
 
 /// Counts of the samples and hits that a map of fragments was built from.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct FragmentCounts {
-    /// Surfaces that the samples met.
+    /// Surfaces and stretches of media that the samples met.
     pub hits: u64,
     /// Pixels with more fragments than are kept: the rest are one with the last.
     pub cut_pixels: u64,
@@ -74,6 +80,9 @@ pub struct FragmentCounts {
     pub most_gained: f64,
     /// The same in the mean over all pixels of the map.
     pub mean_gained: f64,
+    /// Bounds of the error of each pixel's media, row by row: of the transmittance along the
+    /// ray through its centre, up to any depth. None of a source without media.
+    pub media_errors: Vec<f32>,
 }
 
 /// What a thread builds with; keeps its memory from block to block.
@@ -81,12 +90,19 @@ struct Scratch<T: Transmittance> {
     hits: TileHits<T>,
     block: BlockHits<T>,
     grouping: Grouping<T>,
+    centre_hits: TileHits<T>,
+    media: MediaBuilder<T>,
 }
 
-impl<T: Transmittance> Default for Scratch<T> {
-    fn default() -> Self {
-        let (block, grouping) = (BlockHits::default(), Grouping::default());
-        Self { hits: TileHits::with_normals(0), block, grouping }
+impl<T: Transmittance> Scratch<T> {
+    fn new(tolerance: Tolerance) -> Self {
+        Self {
+            hits: TileHits::with_normals(0).without_media(),
+            block: BlockHits::default(),
+            grouping: Grouping::default(),
+            centre_hits: TileHits::new(0),
+            media: MediaBuilder::new(tolerance),
+        }
     }
 }
 
@@ -96,12 +112,17 @@ struct PixelBlock<T> {
     fragments: Vec<Fragment<T>>,
     /// Where those of each pixel end.
     ends: Vec<u32>,
+    /// None of a source without any.
+    media: Option<BlockMedia<T>>,
     counts: FragmentCounts,
 }
 
 impl FragmentBuilder {
     /// The largest bound of layers a pixel.
     pub const MAX_LAYERS: u32 = 1 << 20;
+
+    /// The tolerance of media: 0.005.
+    pub const TOLERANCE: f32 = 0.005;
 
     /// For a map of `size` pixels that `camera`'s NDC \[0, 1\]² covers, with
     /// the light's centre at `light_depth` on its axis: 8 × 8 places a pixel,
@@ -113,7 +134,8 @@ impl FragmentBuilder {
     pub fn new(camera: ShadowCamera, size: [u32; 2], light_depth: f64) -> Result<Self> {
         let frame = LightFrame::new(&camera, size, light_depth)?;
         let sampling = PixelSampling::grid(8)?;
-        Ok(Self { camera, frame, coverage: 8, sampling, layers: Self::MAX_LAYERS })
+        let tolerance = Tolerance::new(Self::TOLERANCE)?;
+        Ok(Self { camera, frame, coverage: 8, sampling, layers: Self::MAX_LAYERS, tolerance })
     }
 
     /// Sets the coverage: `side` × `side` places a pixel.
@@ -141,6 +163,20 @@ impl FragmentBuilder {
             return Err(Error::Setting { setting: "layers", reason: "there must be one or more" });
         }
         Ok(Self { layers: layers.min(Self::MAX_LAYERS), ..self })
+    }
+
+    /// Sets the bound of the error of media: of their optical depth along the ray through a
+    /// pixel's centre, up to any depth, and so of what is left there. A pixel has at most 256
+    /// slabs, and a larger error where these are too few ([`FragmentCounts::media_errors`]).
+    #[must_use]
+    pub fn with_tolerance(self, tolerance: Tolerance) -> Self {
+        Self { tolerance, ..self }
+    }
+
+    /// The bound of the error of media.
+    #[must_use]
+    pub const fn tolerance(&self) -> Tolerance {
+        self.tolerance
     }
 
     /// The camera of the map.
@@ -173,8 +209,7 @@ impl FragmentBuilder {
     ///
     /// # Errors
     ///
-    /// Those of the source; [`Error::Setting`] if it shows media, which a
-    /// fragment cannot hold; [`Error::TooLarge`] past 2³² fragments.
+    /// Those of the source; [`Error::TooLarge`] past 2³² fragments or borders of media.
     pub fn build<T, S>(&self, source: &S) -> std::result::Result<FragmentMap<T>, S::Error>
     where
         T: Transmittance,
@@ -205,6 +240,7 @@ impl FragmentBuilder {
         let columns = width.div_ceil(TILE);
         let grid = SampleGrid::new(self.coverage, self.frame.footprint(1.0));
         let mut map = FragmentColumns::new();
+        let mut media = source.has_media().then(MediaColumns::new);
         let mut counts = FragmentCounts::default();
         let pixels = f64::from(width) * f64::from(height);
         // A row of tiles at a time, so that no more is held twice.
@@ -215,11 +251,14 @@ impl FragmentBuilder {
             }
             let blocks: std::result::Result<Vec<_>, S::Error> = (0..columns)
                 .into_par_iter()
-                .map_init(Scratch::default, |scratch, column| {
-                    let min = [column * TILE, top];
-                    let size = [width - min[0], height - min[1]].map(|side| side.min(TILE));
-                    self.block(source, min, size, &grid, scratch)
-                })
+                .map_init(
+                    || Scratch::new(self.tolerance),
+                    |scratch, column| {
+                        let min = [column * TILE, top];
+                        let size = [width - min[0], height - min[1]].map(|side| side.min(TILE));
+                        self.block(source, min, size, &grid, scratch)
+                    },
+                )
                 .collect();
             let blocks = blocks?;
             for block in &blocks {
@@ -230,9 +269,15 @@ impl FragmentBuilder {
             }
             for y in 0..TILE.min(height - top) {
                 blocks.iter().try_for_each(|block| append(&mut map, block, y))?;
+                if let Some(media) = &mut media {
+                    let errors = &mut counts.media_errors;
+                    blocks.iter().try_for_each(|block| append_media(media, errors, block, y))?;
+                }
             }
         }
-        Ok(Some((FragmentMap::new(self.frame, map)?, counts)))
+        let map = FragmentMap::new(self.frame, map)?;
+        let map = if let Some(media) = media { map.with_media(media)? } else { map };
+        Ok(Some((map, counts)))
     }
 
     /// The fragments of a block of pixels.
@@ -248,17 +293,13 @@ impl FragmentBuilder {
         T: Transmittance,
         S: HitSource<T>,
     {
-        let Scratch { hits, block, grouping } = scratch;
+        let Scratch { hits, block, grouping, centre_hits, media } = scratch;
         let camera = Some((&self.camera, self.frame.size()));
         // Maps have at most 2²⁴ pixels a side.
         let corner = min.map(|side| side as i32);
         let samples = TileSamples::new(&self.sampling, corner, size, camera)?;
         hits.reset(samples.len());
         source.hits(&samples, hits)?;
-        if !hits.segments().is_empty() {
-            let reason = "a fragment map holds surfaces, no media";
-            return Err(Error::Setting { setting: "scene", reason }.into());
-        }
         block.fill(&self.frame, &samples, hits);
         let mut fragments = Vec::new();
         let mut counts = FragmentCounts { hits: hits.surface_count() as u64, ..Default::default() };
@@ -272,7 +313,16 @@ impl FragmentBuilder {
             fragments.len() as u32
         });
         let ends = ends.collect();
-        Ok(PixelBlock { width: size[0], fragments, ends, counts })
+        let mut found = None;
+        if source.has_media() {
+            let samples = TileSamples::new(&PixelSampling::centre(), corner, size, camera)?;
+            centre_hits.reset(samples.len());
+            source.hits(&samples, centre_hits)?;
+            let block = media.block(&samples, centre_hits, self.frame.light_depth() as f32)?;
+            counts.hits += centre_hits.segments().len() as u64;
+            found = Some(block);
+        }
+        Ok(PixelBlock { width: size[0], fragments, ends, media: found, counts })
     }
 }
 
@@ -289,4 +339,18 @@ fn append<T: Transmittance>(
         first = end;
     }
     Ok(())
+}
+
+/// Appends row `y` of the media of a block.
+fn append_media<T: Transmittance>(
+    map: &mut MediaColumns<T>,
+    errors: &mut Vec<f32>,
+    block: &PixelBlock<T>,
+    y: u32,
+) -> Result<()> {
+    let Some(media) = &block.media else { return Ok(()) };
+    let first = (y * block.width) as usize;
+    let mut row = first..first + block.width as usize;
+    errors.extend(&media.errors[row.clone()]);
+    row.try_for_each(|pixel| map.push_pixel(media.columns.pixel(pixel)))
 }

@@ -44,6 +44,11 @@ impl<T: Transmittance> HitSource<T> for Scattered<T> {
         }
         Ok(())
     }
+
+    /// It knows hits by their sample, of as many as there are in a mask.
+    fn has_media(&self) -> bool {
+        false
+    }
 }
 
 /// At the origin, looking down −z, 90 degrees wide and high.

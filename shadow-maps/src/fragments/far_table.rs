@@ -1,9 +1,10 @@
 //! Optical depth in coarse pixels, for what rays meet far from a receiver.
 
 use dsm_core::Transmittance;
-use fearless_simd::{Bytes, Select, Simd, SimdBase, SimdFloat, SimdInt, SimdMask, f32x16, i32x16};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdInt, SimdMask, f32x16, i32x16};
 
 use super::apex::Apex;
+use super::exponential::exponential;
 use super::lane_count::LANES;
 use super::packed::PackedFragments;
 use super::packet::Packet;
@@ -230,26 +231,6 @@ fn pair(sums: &[u16], at: i32) -> [u16; 2] {
         Some(two) => [two[0], two[1]],
         None => [0; 2],
     }
-}
-
-/// exp(−x) for x ≥ 0, to about 1e-6, of the same bits on every processor.
-#[inline(always)]
-fn exponential<S: Simd>(simd: S, x: f32x16<S>) -> f32x16<S> {
-    let splat = |value| f32x16::splat(simd, value);
-    // 2 to the power of a whole number, which are the bits of the exponent, and
-    // of a rest in [−½, ½].
-    let power = (x * std::f32::consts::LOG2_E).max(splat(0.0)).min(splat(126.0));
-    let whole = (power + 0.5).floor();
-    let rest = whole - power;
-    let mut sum = splat(0.000_154_035_3);
-    for factor in
-        [0.001_333_355_8, 0.009_618_129, 0.055_504_11, 0.240_226_5, std::f32::consts::LN_2, 1.0]
-    {
-        sum = sum * rest + factor;
-    }
-    let bits: i32x16<S> = whole.to_int();
-    let scale = (i32x16::splat(simd, 127) - bits) << 23;
-    sum * scale.bitcast::<f32x16<S>>()
 }
 
 /// Opaque fragments of a coarse pixel that together leave no gap: sums of parts

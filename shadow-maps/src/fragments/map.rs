@@ -9,11 +9,14 @@ use dsm_trace::detail::LightFrame;
 
 use super::columns::FragmentColumns;
 use super::fragment::Fragment;
+use super::media::columns::MediaColumns;
 
 /// A multilayer map whose layers are [`Fragment`]s, sorted by w in each pixel:
-/// the farthest first.
+/// the farthest first; with media beside them, as slabs of constant extinction
+/// ([`MediaColumns`]).
 ///
-/// Memory: 24 bytes a fragment (32 in colour) and 4 a pixel.
+/// Memory: 24 bytes a fragment (32 in colour) and 4 a pixel; of media 8 bytes a border (16
+/// in colour) and 4 a pixel.
 ///
 /// ```
 /// use dsm_core::ShadowCamera;
@@ -45,6 +48,8 @@ use super::fragment::Fragment;
 pub struct FragmentMap<T> {
     frame: LightFrame,
     columns: FragmentColumns<T>,
+    /// None: no pixel has any.
+    media: Option<MediaColumns<T>>,
 }
 
 impl<T: Transmittance> FragmentMap<T> {
@@ -57,7 +62,17 @@ impl<T: Transmittance> FragmentMap<T> {
     /// outside (0, 1], nothing is covered, or w descends.
     pub fn new(frame: LightFrame, columns: FragmentColumns<T>) -> Result<Self> {
         columns.check(frame.size())?;
-        Ok(Self { frame, columns })
+        Ok(Self { frame, columns, media: None })
+    }
+
+    /// The same with these media. O(borders).
+    ///
+    /// # Errors
+    ///
+    /// As [`MediaColumns::check`].
+    pub fn with_media(self, media: MediaColumns<T>) -> Result<Self> {
+        media.check(self.size())?;
+        Ok(Self { media: (!media.is_empty()).then_some(media), ..self })
     }
 
     /// The frame that rasters and depths are measured in.
@@ -76,6 +91,12 @@ impl<T: Transmittance> FragmentMap<T> {
     #[must_use]
     pub const fn columns(&self) -> &FragmentColumns<T> {
         &self.columns
+    }
+
+    /// The media of all pixels; None if there are none.
+    #[must_use]
+    pub const fn media(&self) -> Option<&MediaColumns<T>> {
+        self.media.as_ref()
     }
 
     /// The columns of the map, which ends.

@@ -2,6 +2,7 @@
 //! for soft shadows.
 
 mod apex;
+pub(crate) mod bake;
 mod block_hits;
 pub(crate) mod builder;
 #[cfg(test)]
@@ -10,6 +11,7 @@ mod builder_oracle;
 mod colours;
 pub(crate) mod columns;
 mod cone;
+mod exponential;
 mod far_field;
 mod far_table;
 mod fold;
@@ -18,10 +20,12 @@ mod frontier;
 mod group_occlusion;
 mod groups;
 mod kernel;
+pub(crate) mod keys;
 mod lane_count;
 mod lanes;
 mod large_pages;
 pub(crate) mod map;
+pub(crate) mod media;
 mod near_planes;
 #[cfg(test)]
 pub(crate) mod oracle;
@@ -32,6 +36,7 @@ mod range_tree;
 mod receivers;
 pub(crate) mod store;
 mod surface;
+pub(crate) mod tile;
 pub(crate) mod tracer;
 mod trial;
 mod visit_order;

@@ -1,25 +1,18 @@
 //! Kind `fragments`: maps of fragments in `.dsm` files, as
 //! `docs/format/dsm-1.md`, section 13, defines it.
 
-use std::ops::ControlFlow;
-use std::path::Path;
-
-use dsm_core::{HitSource, MapInfo, Progress, Transmittance};
+use dsm_core::{Tolerance, Transmittance};
 use dsm_io::detail::{
-    BakeReport, EncodedTile, KindReader, KindWriter, MapKind, MapTile, PixelValue, Result,
-    StoredTile, TileColumn, TileId,
+    EncodedTile, KindReader, MapKind, PixelValue, Result, StoredTile, TileColumn,
 };
-use dsm_io::{
-    AchievedError, Codec, Error, MapSummary, Metadata, Packing, PixelContents, WriteOptions,
-};
-use dsm_trace::detail::{Layering, LightFrame};
-use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
+use dsm_io::{Codec, Error, MapSummary, Metadata, Packing, PixelContents};
+use dsm_trace::detail::LightFrame;
 
-use super::builder::{FragmentBuilder, FragmentCounts};
 use super::columns::FragmentColumns;
-use super::fragment::Fragment;
+use super::keys::FragmentKeys;
 use super::map::FragmentMap;
+use super::media::columns::MediaColumns;
+use super::tile::FragmentTile;
 
 /// The kind `fragments`: planes with coverage masks, a [`FragmentMap`].
 ///
@@ -36,105 +29,27 @@ use super::map::FragmentMap;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Fragments;
 
-/// The metadata keys that maps of fragments have besides those of every map.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct FragmentKeys {
-    /// The bound of fragments a pixel, and the depth of the light.
-    pub layering: Layering,
-    /// Places along a side of a pixel that were looked at: 1, 2, 4 or 8. A file must
-    /// have it.
-    #[serde(default)]
-    pub coverage: u32,
-    /// What the bound of fragments changed; None for nothing.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub folded: Option<Folded>,
-}
-
-/// What a bound of fragments a pixel changed: the rest are one fragment with the last.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Folded {
-    /// Pixels with more fragments.
-    pub pixels: u64,
-    /// The most light that any pixel lets through too much, to some depth between those
-    /// that became one, in [0, 1].
-    pub max: f32,
-    /// The same in the mean over all pixels.
-    pub mean: f32,
-}
-
-/// The fragments of a tile.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FragmentTile<T> {
-    size: [u32; 2],
-    columns: FragmentColumns<T>,
-}
-
-impl<T: Transmittance> FragmentTile<T> {
-    /// A tile of `size` pixels, whose lists are in `columns`.
-    ///
-    /// # Errors
-    ///
-    /// As [`FragmentColumns::check`].
-    pub fn new(size: [u32; 2], columns: FragmentColumns<T>) -> dsm_core::detail::Result<Self> {
-        columns.check(size)?;
-        Ok(Self { size, columns })
-    }
-
-    /// All fragments, pixel by pixel.
-    #[must_use]
-    pub const fn columns(&self) -> &FragmentColumns<T> {
-        &self.columns
-    }
-
-    /// The fragments of the pixel with row-major index `pixel`, the farthest first.
-    ///
-    /// # Panics
-    ///
-    /// If there is no such pixel.
-    pub fn fragments(&self, pixel: usize) -> impl DoubleEndedIterator<Item = Fragment<T>> {
-        let columns = &self.columns;
-        let range = columns.offsets[pixel] as usize..columns.offsets[pixel + 1] as usize;
-        range.map(|index| columns.fragment(index))
-    }
-
-    /// Least and greatest depth of all that is covered.
-    fn range(&self) -> [f32; 2] {
-        let fragments = (0..self.columns.w.len()).map(|index| self.columns.fragment(index));
-        let depths = fragments.map(|fragment| {
-            let [low, high] = fragment.range();
-            let depth = |w: f32| if w > 0.0 { w.recip().min(f32::MAX) } else { f32::MAX };
-            [depth(high), depth(low)]
-        });
-        let range = depths.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
-        range.unwrap_or([0.0; 2])
-    }
-}
-
-impl<T: Transmittance> MapTile for FragmentTile<T> {
-    fn size(&self) -> [u32; 2] {
-        self.size
-    }
-
-    fn bytes(&self) -> u64 {
-        let columns = &self.columns;
-        let words = columns.offsets.len() + columns.facing.len();
-        let each = 3 + T::CHANNELS + 2;
-        4 * (words + each * columns.w.len()) as u64
-    }
-}
-
 impl MapKind for Fragments {
     const NAME: &'static str = "fragments";
     const TITLE: &'static str = "a map of fragments";
+    const VERSION: u32 = 2;
 
     type Keys = FragmentKeys;
     type Tile<T: Transmittance> = FragmentTile<T>;
 
+    fn version(keys: &FragmentKeys) -> u32 {
+        if keys.media.is_some() { 2 } else { 1 }
+    }
+
     fn check(metadata: &Metadata, keys: &FragmentKeys) -> Result<()> {
         let coverage = (![1, 2, 4, 8].contains(&keys.coverage))
             .then_some("the coverage of fragments must be 1, 2, 4 or 8");
-        let tolerance = metadata.info.tolerance;
-        match coverage.or(keys.layering.broken_rule_of_exact(tolerance)) {
+        let no_slabs = keys.media.is_some_and(|media| media.max_slabs == 0);
+        let no_slabs = no_slabs.then_some("the bound of slabs of media must be 1 or more");
+        // Of media alone.
+        let of_media = keys.media.is_some();
+        let tolerance = if of_media { Tolerance::EXACT } else { metadata.info.tolerance };
+        match coverage.or(no_slabs).or(keys.layering.broken_rule_of_exact(tolerance)) {
             Some(rule) => Err(Error::Metadata(rule.to_owned())),
             None => Ok(()),
         }
@@ -148,32 +63,49 @@ impl MapKind for Fragments {
         if codec != Codec::Exact {
             return Err(Error::Setting("fragments are stored exactly".into()));
         }
-        let FragmentColumns { offsets, w, gradients, facing, opacities, coverage } = &tile.columns;
-        if w.is_empty() {
+        if tile.count() == 0 {
             return Ok(EncodedTile::default());
         }
-        let opacities: Vec<f32> = (0..T::CHANNELS)
-            .flat_map(|channel| opacities.iter().map(move |value| value.channel(channel)))
-            .collect();
+        let FragmentColumns { offsets, w, gradients, facing, opacities, coverage } = tile.columns();
+        let opacities = by_channel(opacities);
         let low: Vec<u32> = coverage.iter().map(|&mask| mask as u32).collect();
         let high: Vec<u32> = coverage.iter().map(|&mask| (mask >> 32) as u32).collect();
-        let columns = [
-            TileColumn::table(offsets),
+        let encode = |columns: &[TileColumn<'_>]| {
+            EncodedTile::of_columns(columns, tile.count(), tile.range(), packing)
+        };
+        let Some(media) = tile.media() else {
+            return encode(&[
+                TileColumn::table(offsets),
+                TileColumn::of_floats(w),
+                TileColumn::of_floats(&gradients[0]),
+                TileColumn::of_floats(&gradients[1]),
+                TileColumn::flags(facing),
+                TileColumn::of_floats(&opacities),
+                TileColumn::of(&low),
+                TileColumn::of(&high),
+            ]);
+        };
+        // As many columns as there may be, two of which hold two.
+        let [offsets, masks] =
+            [[offsets, &media.offsets], [&low, &high]].map(|two| two.map(|one| &one[..]).concat());
+        encode(&[
+            TileColumn::table(&offsets),
             TileColumn::of_floats(w),
-            TileColumn::of_floats(&gradients[0]),
-            TileColumn::of_floats(&gradients[1]),
+            TileColumn::of_floats(&gradients.concat()),
             TileColumn::flags(facing),
             TileColumn::of_floats(&opacities),
-            TileColumn::of(&low),
-            TileColumn::of(&high),
-        ];
-        EncodedTile::of_columns(&columns, w.len() as u64, tile.range(), packing)
+            TileColumn::of(&masks),
+            TileColumn::of_floats(&media.depths),
+            TileColumn::of_floats(&by_channel(&media.thickness)),
+        ])
     }
 
-    fn empty<T: Transmittance>(size: [u32; 2], _: &FragmentKeys) -> Result<FragmentTile<T>> {
+    fn empty<T: Transmittance>(size: [u32; 2], keys: &FragmentKeys) -> Result<FragmentTile<T>> {
+        let pixels = size[0] as usize * size[1] as usize;
         let mut columns = FragmentColumns::new();
-        columns.offsets = vec![0; size[0] as usize * size[1] as usize + 1];
-        Ok(FragmentTile { size, columns })
+        columns.offsets = vec![0; pixels + 1];
+        let tile = FragmentTile::new(size, columns)?;
+        Ok(if keys.media.is_some() { tile.with_media(MediaColumns::clear(pixels))? } else { tile })
     }
 
     fn decode<T: Transmittance>(
@@ -182,24 +114,47 @@ impl MapKind for Fragments {
     ) -> Result<FragmentTile<T>> {
         let (size, pixels) = (stored.size(), stored.pixel_count());
         let mut columns = stored.columns()?;
-        let count = columns.entry().vertex_count;
-        if count == 0 {
+        let all = columns.entry().vertex_count;
+        if all == 0 {
             return Err(columns.refuse("a tile without layers is empty"));
         }
-        let offsets = columns.take(pixels + 1)?;
+        let has_media = keys.media.is_some();
+        let mut offsets = columns.take((pixels + 1) * (1 + u64::from(has_media)))?;
+        let of_media = has_media.then(|| offsets.split_off(pixels as usize + 1));
+        let borders = of_media.as_ref().map_or(0, |table| table[pixels as usize].into());
+        let Some(count) = all.checked_sub(borders) else {
+            return Err(columns.refuse("it has more borders of media than it states"));
+        };
         let w = columns.take_floats(count)?;
-        let gradients = [columns.take_floats(count)?, columns.take_floats(count)?];
+        let gradients = if has_media {
+            halves(columns.take_floats(count.saturating_mul(2))?)
+        } else {
+            [columns.take_floats(count)?, columns.take_floats(count)?]
+        };
         let facing = columns.take(count.div_ceil(32))?;
-        let values = columns.take_floats(count.saturating_mul(T::CHANNELS as u64))?;
-        let [low, high] = [columns.take(count)?, columns.take(count)?];
-        let opacity = |at| T::from_channels(|channel| values[channel * w.len() + at]);
-        let opacities = (0..w.len()).map(opacity).collect();
+        let opacities = values(columns.take_floats(count.saturating_mul(T::CHANNELS as u64))?);
+        let [low, high] = if has_media {
+            halves(columns.take(count.saturating_mul(2))?)
+        } else {
+            [columns.take(count)?, columns.take(count)?]
+        };
         let masks = low.iter().zip(&high);
         let coverage = masks.map(|(&low, &high)| u64::from(high) << 32 | u64::from(low)).collect();
         let read = FragmentColumns { offsets, w, gradients, facing, opacities, coverage };
-        let tile = FragmentTile::new(size, read).map_err(|error| columns.refuse_pixel(error))?;
-        let lists = tile.columns.offsets.windows(2).map(|pair| pair[1] - pair[0]);
-        if lists.max().unwrap_or(0) > keys.layering.max_layers {
+        let mut tile =
+            FragmentTile::new(size, read).map_err(|error| columns.refuse_pixel(error))?;
+        if let Some((offsets, keys)) = of_media.zip(keys.media) {
+            let depths = columns.take_floats(borders)?;
+            let channels = borders.saturating_mul(T::CHANNELS as u64);
+            let thickness = values(columns.take_floats(channels)?);
+            let media = MediaColumns { offsets, depths, thickness };
+            tile = tile.with_media(media).map_err(|error| columns.refuse_pixel(error))?;
+            let borders = tile.media().map_or(0, |media| longest(&media.offsets));
+            if borders.saturating_sub(1) > keys.max_slabs {
+                return Err(columns.refuse("a pixel has more slabs of media than the map allows"));
+            }
+        }
+        if longest(&tile.columns().offsets) > keys.layering.max_layers {
             return Err(columns.refuse("a pixel has more layers than the map allows"));
         }
         let range = tile.range();
@@ -208,28 +163,85 @@ impl MapKind for Fragments {
     }
 
     fn summarize<T: Transmittance>(tile: &FragmentTile<T>, summary: &mut MapSummary) {
-        for pair in tile.columns.offsets.windows(2) {
-            let fragments = u64::from(pair[1] - pair[0]);
+        let count = |offsets: &[u32], pixel: usize| u64::from(offsets[pixel + 1] - offsets[pixel]);
+        let columns = tile.columns();
+        for pixel in 0..columns.offsets.len() - 1 {
+            let fragments = count(&columns.offsets, pixel);
+            let borders = tile.media().map_or(0, |media| count(&media.offsets, pixel));
             summary.add("fragments", fragments);
             summary.max("max_fragments_per_pixel", fragments);
-            summary.add("empty_pixels", u64::from(fragments == 0));
+            summary.add("empty_pixels", u64::from(fragments == 0 && borders == 0));
         }
-        let facing: u64 = tile.columns.facing.iter().map(|word| u64::from(word.count_ones())).sum();
+        let facing: u64 = columns.facing.iter().map(|word| u64::from(word.count_ones())).sum();
         summary.add("without_plane", facing);
+        if let Some(media) = tile.media() {
+            for pixel in 0..media.offsets.len() - 1 {
+                let slabs = count(&media.offsets, pixel).saturating_sub(1);
+                summary.add("slabs", slabs);
+                summary.max("max_slabs_per_pixel", slabs);
+                summary.add("pixels_with_media", u64::from(slabs > 0));
+            }
+        }
     }
 
-    /// The nearest first.
+    /// The nearest first. In maps with media each row has the depth that it ends at, too, and
+    /// slabs stand among the fragments: as opaque as they are to a ray that goes one unit far
+    /// for each unit of depth.
     fn contents<T: Transmittance>(tile: &FragmentTile<T>, pixel: usize) -> PixelContents {
-        let mut contents = PixelContents::new("fragments", &["depth", "opacity", "covered 64ths"]);
-        for fragment in tile.fragments(pixel).rev() {
-            contents.push([
-                PixelValue::Number(fragment.w.recip()),
-                PixelValue::light(fragment.opacity),
-                PixelValue::Count(fragment.coverage.count_ones()),
-            ]);
+        let fragments = tile.fragments(pixel).rev().map(|fragment| {
+            let depth = fragment.w.recip();
+            ([depth; 2], fragment.opacity, fragment.coverage.count_ones())
+        });
+        let numbers = |opacity, covered| [PixelValue::light(opacity), PixelValue::Count(covered)];
+        let Some(media) = tile.media() else {
+            let columns = &["depth", "opacity", "covered 64ths"];
+            let mut contents = PixelContents::new("fragments", columns);
+            for ([depth, _], opacity, covered) in fragments {
+                let depth = [PixelValue::Number(depth)];
+                contents.push(depth.into_iter().chain(numbers(opacity, covered)));
+            }
+            return contents;
+        };
+        let borders = media.pixel(pixel).zip(media.pixel(pixel).skip(1));
+        let slabs = borders.map(|((near, _), (far, thickness))| {
+            let opacity = T::from_channels(|channel| -(-thickness.channel(channel)).exp_m1());
+            ([near, far], opacity, 64)
+        });
+        let slabs = slabs.filter(|&(_, opacity, _)| opacity != T::splat(0.0));
+        let mut rows: Vec<_> = fragments.chain(slabs).collect();
+        rows.sort_by(|(a, ..), (b, ..)| a[0].total_cmp(&b[0]));
+        let columns = &["depth", "to depth", "opacity", "covered 64ths"];
+        let mut contents = PixelContents::new("fragments", columns);
+        for (depths, opacity, covered) in rows {
+            let depths = depths.map(PixelValue::Number);
+            contents.push(depths.into_iter().chain(numbers(opacity, covered)));
         }
         contents
     }
+}
+
+/// The values of each channel, one after the other.
+fn by_channel<T: Transmittance>(values: &[T]) -> Vec<f32> {
+    let of = |channel| values.iter().map(move |value| value.channel(channel));
+    (0..T::CHANNELS).flat_map(of).collect()
+}
+
+/// The values of these channels.
+fn values<T: Transmittance>(channels: Vec<f32>) -> Vec<T> {
+    let count = channels.len() / T::CHANNELS;
+    let value = |at| T::from_channels(|channel| channels[channel * count + at]);
+    (0..count).map(value).collect()
+}
+
+/// The two halves of a column.
+fn halves<V: Clone>(mut both: Vec<V>) -> [Vec<V>; 2] {
+    let second = both.split_off(both.len() / 2);
+    [both, second]
+}
+
+/// The length of the longest list.
+fn longest(offsets: &[u32]) -> u32 {
+    offsets.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(0)
 }
 
 /// The frame of the light of a file's map.
@@ -250,73 +262,17 @@ impl<T: Transmittance> FragmentMap<T> {
     pub fn read(reader: &KindReader<Fragments>) -> Result<Self> {
         reader.check_in_memory(0)?;
         let mut columns = FragmentColumns::new();
-        reader
-            .for_each_pixel::<T>(0, |tile, pixel| Ok(columns.push_pixel(tile.fragments(pixel))?))?;
+        let mut media = MediaColumns::new();
+        reader.for_each_pixel::<T>(0, |tile, pixel| {
+            columns.push_pixel(tile.fragments(pixel))?;
+            if let Some(of_tile) = tile.media() {
+                media.push_pixel(of_tile.pixel(pixel))?;
+            }
+            Ok(())
+        })?;
         let map = frame_of(reader).and_then(|frame| Self::new(frame, columns));
+        let has_media = reader.keys().media.is_some();
+        let map = if has_media { map.and_then(|map| map.with_media(media)) } else { map };
         reader.container().in_file(map.map_err(Error::from))
     }
-}
-
-/// Bakes a map of fragments into a file that replaces `output`, if there is one,
-/// in tiles as `options` say. `describe` may add to what the map says of itself;
-/// `watch` is told of rows of pixels before each, and may break it off. Holds the map.
-///
-/// # Errors
-///
-/// [`Error::HitSource`] with what the source says, [`Error::Interrupted`] if `watch`
-/// broke it off, else what keeps the file from being written.
-pub fn bake_fragments<T: Transmittance, S: HitSource<T>>(
-    builder: &FragmentBuilder,
-    source: &S,
-    output: &Path,
-    options: WriteOptions,
-    describe: impl FnOnce(&mut Metadata),
-    watch: impl FnMut(Progress) -> ControlFlow<()>,
-) -> Result<BakeReport>
-where
-    S::Error: std::error::Error + Send + Sync + 'static,
-{
-    let built = builder.build_counted::<T, S>(source, watch);
-    let built = built.map_err(|error| Error::HitSource(Box::new(error)))?;
-    let (map, counts) = built.ok_or(Error::Interrupted)?;
-    let [width, height] = map.size();
-    let coverage = builder.coverage();
-    let info = MapInfo::new().with_camera(*builder.camera()).with_samples(coverage * coverage);
-    let mut metadata = Metadata::new(width, height, T::CHANNELS as u8, info);
-    describe(&mut metadata);
-    let layering = Layering {
-        resets: 0,
-        max_layers: builder.layers(),
-        // The header keeps an f32; the camera was moved back by one.
-        light_depth: builder.frame().light_depth() as f32,
-    };
-    let FragmentCounts { hits, cut_pixels, most_gained, mean_gained } = counts;
-    let folded = Folded { pixels: cut_pixels, max: most_gained as f32, mean: mean_gained as f32 };
-    let folded = (cut_pixels > 0).then_some(folded);
-    let keys = FragmentKeys { layering, coverage, folded };
-    let mut writer = KindWriter::<Fragments>::create(output, metadata, &keys, options)?;
-    let level = writer.levels()[0];
-    let [columns, rows] = level.tiles();
-    for y in 0..rows {
-        let encode = |x: u32| {
-            let rect = level.tile_rect(x, y)?;
-            let mut lists = FragmentColumns::new();
-            let columns = rect.x..rect.x + rect.width;
-            let mut places = (rect.y..rect.y + rect.height)
-                .flat_map(|row| columns.clone().map(move |column| (column, row)));
-            let pushed = places.try_for_each(|(x, y)| lists.push_pixel(map.pixel(x, y)));
-            let tile = FragmentTile { size: [rect.width, rect.height], columns: lists };
-            let encode = |()| Fragments::encode(&tile, Codec::Exact, options.packing);
-            Some(pushed.map_err(Error::from).and_then(encode))
-        };
-        let tiles: Vec<_> = (0..columns).into_par_iter().map(encode).collect();
-        for (x, encoded) in (0..columns).zip(tiles) {
-            if let Some(encoded) = encoded {
-                writer.write_encoded(TileId::new(0, x, y), &encoded?, AchievedError::NONE)?;
-            }
-        }
-    }
-    let gained = [most_gained, mean_gained].map(|gained| gained as f32);
-    let bytes = writer.finish()?;
-    Ok(BakeReport { hits, cut_pixels, gained, bytes, ..BakeReport::default() })
 }

@@ -21,6 +21,7 @@ use super::kernel::{Stacks, Stage, trace};
 use super::lane_count::LANES;
 use super::lanes::Lanes;
 use super::map::FragmentMap;
+use super::media::tracer::{TracedMedia, TracedMediaBuilder};
 use super::packed::{PackedBuilder, PackedFragments};
 use super::packet::{Packet, Reach, Starts};
 use super::range_tree::RangeTree;
@@ -45,6 +46,9 @@ const CHUNK: usize = 64;
 /// place of the raster: what all of them cannot reach is found first, then what
 /// each 16 cannot, and single rays where 16 have gone apart. All receivers are
 /// independent; answers do not depend on threads or processors.
+///
+/// Media count from the receiver on, wherever it is in them: the optical depth of slabs, by
+/// how deep a ray is in each and how far it goes for that.
 ///
 /// A receiver may lie on a fragment: that does not shade it, but for the rays that go
 /// through the surface, if [`LightVisibility::visibilities`] is told its side
@@ -89,9 +93,11 @@ pub struct FragmentTracer<T> {
     /// Number of fragments.
     pub(super) count: usize,
     pub(super) fragments: PackedFragments,
-    value: PhantomData<T>,
+    pub(super) media: Option<TracedMedia<T>>,
     tree: RangeTree,
+    /// The w of all fragments, and with those of media.
     range: [f32; 2],
+    reach: [f32; 2],
     rays: u32,
     starts: Starts,
     least: f32,
@@ -125,7 +131,8 @@ impl<T: Transmittance> FragmentTracer<T> {
     /// [`dsm_core::Error::TooLarge`] past some 590 million fragments.
     pub fn new(map: impl Into<Arc<FragmentMap<T>>>) -> Result<Self> {
         let map = map.into();
-        Ok(Self::of(*map.frame(), PackedFragments::new(&map)?))
+        let media = map.media().map(|media| TracedMedia::new(map.size(), media)).transpose()?;
+        Ok(Self::of(*map.frame(), PackedFragments::new(&map)?, media.flatten()))
     }
 
     /// A tracer of a file's map, its finest level: reads tile by tile, and holds no
@@ -147,12 +154,18 @@ impl<T: Transmittance> FragmentTracer<T> {
         let most = tiles.map(|tile| tile.vertex_count.min(tile.raw_length / each));
         let builder = PackedBuilder::new(frame.size(), most.fold(0, u64::saturating_add));
         let mut builder = container.in_file(builder.map_err(dsm_io::Error::from))?;
-        reader
-            .for_each_pixel::<T>(0, |tile, pixel| Ok(builder.push_pixel(tile.fragments(pixel))?))?;
-        Ok(Self::of(frame, builder.finish()))
+        let mut media = TracedMediaBuilder::new(frame.size());
+        reader.for_each_pixel::<T>(0, |tile, pixel| {
+            builder.push_pixel(tile.fragments(pixel))?;
+            if let Some(of_tile) = tile.media() {
+                media.push_pixel(of_tile.pixel(pixel))?;
+            }
+            Ok(())
+        })?;
+        Ok(Self::of(frame, builder.finish(), media.finish()))
     }
 
-    fn of(frame: LightFrame, fragments: PackedFragments) -> Self {
+    fn of(frame: LightFrame, fragments: PackedFragments, media: Option<TracedMedia<T>>) -> Self {
         let [width, height] = frame.size().map(|side| side as usize);
         let mut ranges = vec![[f32::INFINITY, f32::NEG_INFINITY]; width * height];
         let mut count = 0;
@@ -167,13 +180,16 @@ impl<T: Transmittance> FragmentTracer<T> {
             (range[0] <= range[1]).then_some(range)
         });
         let range = tree.range().unwrap_or([f32::INFINITY, f32::NEG_INFINITY]);
+        let of_media = media.as_ref().map_or(range, TracedMedia::range);
+        let reach = [range[0].min(of_media[0]), range[1].max(of_media[1])];
         Self {
             frame,
             count,
             fragments,
-            value: PhantomData,
+            media,
             tree,
             range,
+            reach,
             rays: 256,
             starts: Starts::Surface(FACING_START),
             least: 1e-3,
@@ -298,7 +314,7 @@ impl<T: Transmittance> FragmentTracer<T> {
         let mut count = 0;
         let mut leaving = 0;
         for lights in lights.chunks(LANES) {
-            let packet = Packet::new(simd, frame, apex, lights, self.starts, self.range);
+            let packet = Packet::new(simd, frame, apex, lights, self.starts, self.reach);
             leaving += packet.leaving.count_ones();
             packets[count] = Some(packet);
             count += 1;
@@ -308,7 +324,8 @@ impl<T: Transmittance> FragmentTracer<T> {
         frontier.fill(simd, &self.tree, &cone);
         let behind = packets.iter().flatten().any(|packet| packet.behind != 0);
         let surface = surface.filter(|_| behind);
-        if frontier.is_empty() && surface.is_none() {
+        let is_clear = frontier.is_empty() && surface.is_none();
+        if is_clear && self.media.is_none() {
             let clear = lights.len() as f64;
             sum.as_mut().iter_mut().for_each(|part| *part += clear);
             return leaving;
@@ -325,7 +342,7 @@ impl<T: Transmittance> FragmentTracer<T> {
         let cut = far.map_or(f32::INFINITY, |(_, cut)| cut);
         let reach = packets.iter().flatten().map(|packet| packet.reach);
         let reach = reach.fold(Reach { starts: [0.0; 2], end: cut }, Reach::and);
-        if is_blocked(simd, &stage, frame.size(), &cone, reach) {
+        if !is_clear && is_blocked(simd, &stage, frame.size(), &cone, reach) {
             return leaving;
         }
         for (packet, lights) in packets.iter().flatten().zip(lights.chunks(LANES)) {
@@ -345,6 +362,13 @@ impl<T: Transmittance> FragmentTracer<T> {
                 trace(simd, &stage, far_frontier, &cone, stacks, &mut lanes);
                 let end = f32x16::load_array_ref(simd, &packet.end);
                 let left = far.table.left(simd, apex, packet, cut, end);
+                for (own, left) in lanes.left.iter_mut().zip(left) {
+                    *own = (f32x16::load_array_ref(simd, own) * left).to_array();
+                }
+                lanes.stop::<S, T>(simd, *least);
+            }
+            if let Some(media) = self.media.as_ref().filter(|_| lanes.live != 0) {
+                let left = media.left(simd, (frame, apex), (packet, lights), lanes.live);
                 for (own, left) in lanes.left.iter_mut().zip(left) {
                     *own = (f32x16::load_array_ref(simd, own) * left).to_array();
                 }

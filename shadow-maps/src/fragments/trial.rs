@@ -26,6 +26,8 @@ impl<T: Transmittance> FragmentTracer<T> {
     pub fn for_light(self, light: &AreaLight) -> Self {
         let mut exact = self;
         exact.far = None;
+        // What media take is the same with it and without.
+        let media = exact.media.take();
         let receivers = exact.check_receivers();
         let means = |tracer: &Self| -> Vec<f64> {
             let check = (0..).zip(&receivers).map(|(seed, &position)| {
@@ -39,6 +41,8 @@ impl<T: Transmittance> FragmentTracer<T> {
         let truth = means(&exact);
         let mut mixed = exact.with_far_table(Self::NEAR_CELLS);
         if mixed.far.is_none() {
+            mixed.media = media;
+            mixed.counters = TraceCounters::default();
             return mixed;
         }
         let differences: Vec<f64> =
@@ -51,6 +55,7 @@ impl<T: Transmittance> FragmentTracer<T> {
         });
         mixed.far = mixed.far.filter(|_| alike && !differences.is_empty());
         mixed.counters = TraceCounters::default();
+        mixed.media = media;
         mixed
     }
 

@@ -15,7 +15,7 @@ use super::lists::FragmentLists;
 use super::pyramid::filtered;
 use super::settings::PrefilterSettings;
 use super::store::{Prefiltered, encode};
-use crate::fragments::store::Folded;
+use crate::fragments::keys::Folded;
 
 /// Bakes a prefiltered map into a file that replaces `output`, if there is one, in tiles
 /// as `options` say. `describe` may add to what the map says of itself, such as its

@@ -10,13 +10,13 @@ use dsm_core::{
 use dsm_trace::detail::{LightFrame, LightMean};
 use glam::DVec3;
 
-use super::lookup::LightCone;
+use super::lookup::{LightCone, ReceiverPlane};
 use super::shadow::PrefilteredShadow;
 use super::source::PrefilteredSource;
 
 /// How far short rays go unless another reach is set: to where the light's cone is so
 /// many texels wide.
-const REACH: f64 = 2.0;
+const REACH: f64 = 8.0;
 
 /// Less light than this from beyond is worth no rays.
 const DARK: f32 = 0.02;
@@ -42,7 +42,7 @@ where
     M: PrefilteredSource,
     N: OcclusionTracer<Value = M::Value, Error = Infallible>,
 {
-    /// 16 rays a receiver, to where the light's cone is two texels wide.
+    /// 16 rays a receiver, to where the light's cone is eight texels wide.
     #[must_use]
     pub const fn new(far: PrefilteredShadow<M>, near: N) -> Self {
         Self { far, near, rays: 16, reach: REACH }
@@ -88,7 +88,7 @@ where
             return Ok(self.whole(point, light));
         }
         let least = receiver.w + self.reach / parts.rate;
-        let receiver = LightCone { least, ..receiver };
+        let receiver = LightCone { least, ..self.far.on_its_surface(lists, receiver)? };
         let count = parts.counts[0] * parts.counts[1];
         let side = f64::from(self.rays / count).sqrt().round().max(1.0) as u32;
         let mut near_is_clear = None;
@@ -103,7 +103,7 @@ where
             let is_clear = match near_is_clear {
                 _ if is_dark => true,
                 Some(is_clear) => is_clear,
-                None => *near_is_clear.insert(self.is_clear(lists, &receiver)?),
+                None => *near_is_clear.insert(self.is_clear(lists, &cone, parts.counts)?),
             };
             if is_clear {
                 mean.add(far);
@@ -118,14 +118,27 @@ where
         Ok(mean.of(count))
     }
 
-    /// True if the map shows nothing between a receiver and where rays end.
-    fn is_clear(&self, lists: &M::Lists, receiver: &LightCone) -> Result<bool, M::Error> {
-        let depth = receiver.w.recip();
-        let behind = depth + BEHIND * self.frame().footprint(depth);
+    /// True if the map shows nothing between a receiver and where rays end. What lies in
+    /// the receiver's plane is nothing if the whole light, of so many parts, is seen above it.
+    fn is_clear(
+        &self,
+        lists: &M::Lists,
+        cone: &LightCone,
+        parts: [u32; 2],
+    ) -> Result<bool, M::Error> {
+        let depth = cone.w.recip();
+        let behind = (depth + BEHIND * self.frame().footprint(depth)).recip();
+        // How fast the ray that is nearest to the plane falls towards it.
+        let falls = |plane: ReceiverPlane| {
+            let half = cone.rate * f64::from(parts[0].max(parts[1])) / 2.0;
+            let of = |axis: usize| plane.slope[axis] * cone.slope[axis];
+            of(0) + of(1) + half * (plane.slope[0].abs() + plane.slope[1].abs())
+        };
+        let is_above = cone.plane.is_some_and(|plane| plane.is_lit && falls(plane) < 0.9);
         // The cone, and the texel that a fragment may stand for.
-        let radius = self.reach / 2.0 + 0.75;
-        let known = self.far.map().known();
-        known.is_clear(lists, receiver.place, radius, [behind.recip(), receiver.least])
+        let radius = f64::from(parts[0].max(parts[1])) * self.reach / 2.0 + 0.75;
+        let behind = (!is_above).then_some(behind);
+        self.far.map().known().is_clear(lists, cone, radius, behind)
     }
 
     /// What short rays to some cells of the light leave, which end at `least`.
@@ -203,5 +216,71 @@ where
             }
             Ok(())
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicU32, Ordering};
+
+    use super::super::lists::FragmentLists;
+    use super::super::map::PrefilteredMap;
+    use super::super::settings::PrefilterSettings;
+    use super::*;
+    use crate::fragments::oracle::frame;
+
+    /// Lets half of the light through, and counts rays.
+    #[derive(Default)]
+    struct Haze(AtomicU32);
+
+    impl OcclusionTracer for &Haze {
+        type Value = f32;
+        type Error = Infallible;
+
+        fn transmittance(&self, _: DVec3, to: DVec3, _: f64) -> Result<f32, Infallible> {
+            self.0.fetch_add(1, Ordering::Relaxed);
+            // Where the light's cone is 2 texels wide: f = l F (w - w_s), of l = 1 and F = 16.
+            assert!((-to.z).recip() - 0.25 - 2.0 / 16.0 < 1e-9, "{to}");
+            Ok(0.5)
+        }
+    }
+
+    /// Fragments at this depth in the right half of the map.
+    fn shadow(depth: f32) -> PrefilteredShadow<PrefilteredMap<f32>> {
+        let mut lists = FragmentLists::new([32, 32]);
+        for texel in 0..32 * 32 {
+            if texel % 32 >= 16 {
+                lists.push(depth.recip(), 1.0);
+            }
+            lists.finish_texel().unwrap();
+        }
+        let settings = PrefilterSettings::default();
+        PrefilteredShadow::new(
+            PrefilteredMap::new(frame([32, 32], 0.0), lists, &settings, 1.0).unwrap(),
+        )
+    }
+
+    #[test]
+    fn rays_end_where_lookups_begin() {
+        let light = AreaLight::rectangle(DVec3::ZERO, DVec3::X / 2.0, DVec3::Y / 2.0);
+        let lit = |shadow: &PrefilteredShadow<_>, x: f64, haze: &Haze| {
+            let hybrid = HybridShadow::new(shadow.clone(), haze).with_rays(16);
+            let hybrid = hybrid.with_reach(2.0).unwrap();
+            let Ok(left) = hybrid.visibility(DVec3::new(x, 0.1, -4.0), &light, 1);
+            left
+        };
+        // Far before the receiver, and seen from beside: no rays, and what lookups say.
+        let (far, haze) = (shadow(1.5), Haze::default());
+        let Ok(alone) = far.visibility(DVec3::new(0.1, 0.1, -4.0), &light, 1);
+        assert!((0.2..0.8).contains(&alone), "{alone}");
+        assert!((lit(&far, 0.1, &haze) - alone).abs() < 1e-5);
+        assert_eq!(haze.0.load(Ordering::Relaxed), 0);
+        // Near it: rays alone, as lookups begin behind.
+        let (near, haze) = (shadow(3.5), Haze::default());
+        assert_eq!(lit(&near, 1.0, &haze), 0.5);
+        assert_eq!(haze.0.load(Ordering::Relaxed), 16);
+        // Nothing near, on the other side.
+        assert_eq!(lit(&near, -2.0, &haze), 1.0);
+        assert_eq!(haze.0.load(Ordering::Relaxed), 16);
     }
 }

@@ -12,7 +12,7 @@ use super::light_parts::square_width;
 use super::lookup::MOST_LEVELS;
 use super::merge::MergedDepth;
 use super::settings::PrefilterSettings;
-use crate::fragments::store::Folded;
+use crate::fragments::keys::Folded;
 
 /// The metadata keys that prefiltered maps have besides those of every map.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -17,16 +17,24 @@ fn share(shape: LightShape) -> f64 {
     }
 }
 
-/// How many parts make a side of a light, and how wide the square is that stands for one.
-fn parts(sides: [f64; 2], splits: u32) -> ([u32; 2], f64) {
+/// What a ratio of sides counts for: no light whose sides are in a ratio of small numbers
+/// lies where rounding decides how many parts it has.
+const RATIO: f64 = 0.95;
+
+/// How many parts make each side of a light.
+fn counts(sides: [f64; 2], splits: u32) -> [u32; 2] {
     let shorter = sides[0].min(sides[1]);
-    let counts = sides.map(|side| {
+    sides.map(|side| {
         let ratio = if shorter > 0.0 { side / shorter } else { MOST_PARTS };
         let most = if side > 0.0 { MOST_PARTS } else { 1.0 };
-        splits.max(1) * ratio.round().clamp(1.0, most) as u32
-    });
+        splits.max(1) * (ratio * RATIO).round().clamp(1.0, most) as u32
+    })
+}
+
+/// How wide the square is that stands for one of so many parts.
+fn square(sides: [f64; 2], counts: [u32; 2]) -> f64 {
     let [wide, high] = [0, 1].map(|axis| sides[axis] / f64::from(counts[axis]));
-    (counts, ((wide.powi(2) + high.powi(2)) / 2.0).sqrt())
+    ((wide.powi(2) + high.powi(2)) / 2.0).sqrt()
 }
 
 /// The width of the squares that lookups take a light in, in scene units; 0 for a point.
@@ -41,7 +49,8 @@ fn parts(sides: [f64; 2], splits: u32) -> ([u32; 2], f64) {
 #[must_use]
 pub fn square_width(extent: LightExtent) -> f64 {
     let share = share(extent.shape());
-    parts(extent.size().map(|side| side * share), 1).1
+    let sides = extent.size().map(|side| side * share);
+    square(sides, counts(sides, 1))
 }
 
 /// The parts of a light, and their size.
@@ -86,7 +95,9 @@ impl LightParts {
             })
         };
         let [Some(wide), Some(high)] = [across(0), across(1)] else { return Self::POINT };
-        let (counts, rate) = parts([wide * share, high * share], splits);
+        // Of the light alone: all receivers see as many parts.
+        let counts = counts(light.half_axes().map(DVec3::length), splits);
+        let rate = square([wide * share, high * share], counts);
         Self { counts, rate: if rate.is_finite() { rate } else { 0.0 } }
     }
 

@@ -114,7 +114,8 @@ impl Levels {
     }
 
     /// True if no list of level 0 within `radius` texels of a receiver has a fragment
-    /// between two places.
+    /// between where it begins to count, or `behind` if that is told, and where the
+    /// receiver's rays end ([`LightCone::least`]).
     ///
     /// # Errors
     ///
@@ -122,11 +123,13 @@ impl Levels {
     pub(super) fn is_clear<T: Transmittance, L: LevelLists<T>>(
         &self,
         lists: &L,
-        place: [f64; 2],
+        cone: &LightCone,
         radius: f64,
-        [low, high]: [f64; 2],
+        behind: Option<f64>,
     ) -> Result<bool, L::Error> {
         let size = self.geometry[0].size;
+        let (place, high) = (cone.place, cone.least);
+        let near = LightCone { least: 0.0, ..*cone };
         // Nothing lies outside; casts saturate.
         let range = |axis: usize| {
             let [first, last] = [-radius, radius].map(|off| (place[axis] + off).floor());
@@ -134,6 +137,8 @@ impl Levels {
         };
         for y in range(1) {
             for x in range(0) {
+                let centre = [x, y].map(|index| f64::from(index) + 0.5);
+                let low = behind.unwrap_or_else(|| near.start_at(centre));
                 let is_clear = lists.with_list(0, [x, y], |list| {
                     list.w.iter().all(|&w| f64::from(w) <= low || f64::from(w) > high)
                 })?;

@@ -18,6 +18,7 @@ pub(crate) mod map;
 pub(crate) mod merge;
 #[cfg(test)]
 mod oracle;
+mod own_plane;
 #[cfg(test)]
 mod properties;
 mod pyramid;

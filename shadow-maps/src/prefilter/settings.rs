@@ -90,7 +90,7 @@ impl PrefilterSettings {
     ///
     /// # Errors
     ///
-    /// [`Error::Level`](dsm_core::Error::Level) for a maximum that is beyond the map's
+    /// [`Error::Level`] for a maximum that is beyond the map's
     /// coarsest level.
     pub(super) fn plan(&self, size: [u32; 2]) -> Result<(LevelPlan, Vec<LevelGeometry>)> {
         let last = self.max_level.unwrap_or_else(|| LevelPlan::coarsest(size));

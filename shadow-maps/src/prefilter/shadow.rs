@@ -8,6 +8,7 @@ use glam::DVec3;
 use super::accumulate::Accumulate;
 use super::light_parts::{LightParts, slope};
 use super::lookup::{LightCone, ReceiverPlane};
+use super::own_plane::own_plane;
 use super::source::PrefilteredSource;
 
 /// The default bias, in sides of a texel at the receiver: fitted on leaves, a knot and
@@ -88,6 +89,7 @@ impl<M: PrefilteredSource> PrefilteredShadow<M> {
         light: &AreaLight,
     ) -> Result<M::Value, M::Error> {
         let Some(receiver) = self.receiver(point, light) else { return Ok(M::Value::CLEAR) };
+        let receiver = self.on_its_surface(lists, receiver)?;
         let parts = self.parts(point, light);
         let (mut mean, mut count) = (LightMean::<M::Value>::new(), 0);
         for middle in parts.middles() {
@@ -98,6 +100,29 @@ impl<M: PrefilteredSource> PrefilteredShadow<M> {
             });
         }
         Ok(mean.of(count))
+    }
+
+    /// The same on the surface that the map shows where a receiver without one is, if it
+    /// shows one; it is taken to face the light.
+    pub(super) fn on_its_surface(
+        &self,
+        lists: &M::Lists,
+        receiver: LightCone,
+    ) -> Result<LightCone, M::Error> {
+        if receiver.plane.is_some() || self.bias.is_some() {
+            return Ok(receiver);
+        }
+        let depth = receiver.w.recip();
+        let side = self.map.frame().footprint(depth) / (depth * depth);
+        let size = self.map.frame().size();
+        let slope = own_plane(lists, size, receiver.place, receiver.w, side)?;
+        let plane = slope.map(|slope| {
+            let steep = slope[0].abs().max(slope[1].abs());
+            let offset = PLANE_BIAS * (side + steep) + ROUNDING * receiver.w;
+            ReceiverPlane { slope, offset, is_lit: true }
+        });
+        let start = plane.map_or(receiver.start, |plane| receiver.w + plane.offset);
+        Ok(LightCone { plane, start, ..receiver })
     }
 
     /// The parts that a light is looked up in.

@@ -23,3 +23,21 @@ pub trait PrefilteredSource: Sync {
     /// Calls `ask` with lists that no other thread uses meanwhile.
     fn with_lists<R>(&self, ask: impl FnOnce(&Self::Lists) -> R) -> R;
 }
+
+impl<M: PrefilteredSource> PrefilteredSource for &M {
+    type Value = M::Value;
+    type Error = M::Error;
+    type Lists = M::Lists;
+
+    fn frame(&self) -> &LightFrame {
+        (**self).frame()
+    }
+
+    fn known(&self) -> &Levels {
+        (**self).known()
+    }
+
+    fn with_lists<R>(&self, ask: impl FnOnce(&M::Lists) -> R) -> R {
+        (**self).with_lists(ask)
+    }
+}

@@ -4,16 +4,19 @@ use dsm_core::{Rgb, Transmittance};
 use dsm_io::detail::{Container, ErasedMap, Kinds, MapKind, Memory};
 use dsm_io::{Codec, Packing};
 use mtsm::detail::{Layers, Mtsm};
-use shadow_maps::detail::{Attenuation, FragmentColumns, FragmentTile, Fragments, Prefiltered};
+use shadow_maps::detail::{
+    Attenuation, FragmentColumns, FragmentTile, Fragments, MediaColumns, Prefiltered,
+};
 
 use super::limits;
 use crate::forge::{Assembly, Forge};
 
 /// Kinds, and what their metadata have besides.
-const KINDS: [(&str, &str); 5] = [
+const KINDS: [(&str, &str); 6] = [
     (Mtsm::NAME, ""),
     (Layers::NAME, ""),
     (Fragments::NAME, r#","coverage":8"#),
+    (Fragments::NAME, r#","coverage":8,"kind_version":2,"media":{"max_slabs":8}"#),
     (Prefiltered::NAME, FILTERING),
     (Attenuation::NAME, r#","light_samples":16,"depth_tolerance":1"#),
 ];
@@ -39,6 +42,7 @@ pub fn layered(bytes: &[u8]) -> bool {
     let (width, height) = (1 + u32::from(width % 32), 1 + u32::from(height % 32));
     let channels = if channels % 2 == 1 { 3 } else { 1 };
     let (kind, keys) = KINDS[usize::from(kind) % KINDS.len()];
+    let has_media = keys.contains("media");
     let fields = Forge(fields.to_vec());
     let mut entry = Forge(vec![0; 64]);
     entry.put(0, 64_u64.to_le_bytes());
@@ -54,6 +58,7 @@ pub fn layered(bytes: &[u8]) -> bool {
     if agree % 2 == 1 && block % 3 == 0 {
         let words =
             payload.chunks_exact(4).map(|word| u32::from_le_bytes([0, 1, 2, 3].map(|at| word[at])));
+        let kind = (kind, has_media);
         agree_with(&mut entry, &words.collect::<Vec<_>>(), (kind, [width, height], channels));
     }
     let mut assembly = Assembly::new(&format!(
@@ -106,7 +111,11 @@ fn show(map: &dyn ErasedMap) -> bool {
 
 /// Makes the entry say of a plain payload what is true of it, so that what
 /// lies behind those checks is reached.
-fn agree_with(entry: &mut Forge, words: &[u32], (kind, size, channels): (&str, [u32; 2], u32)) {
+fn agree_with(
+    entry: &mut Forge,
+    words: &[u32],
+    ((kind, has_media), size, channels): ((&str, bool), [u32; 2], u32),
+) {
     let pixels = (size[0] * size[1]) as usize;
     entry.put(16, (4 * words.len() as u64).to_le_bytes());
     let word = |at: usize| words.get(at).map_or(0, |&word| word as usize);
@@ -117,12 +126,16 @@ fn agree_with(entry: &mut Forge, words: &[u32], (kind, size, channels): (&str, [
             let coloured = if channels > 1 { runs + 1 + runs.div_ceil(32) } else { 0 };
             (word(tables - 1), tables + coloured)
         }
+        _ if has_media => (word(pixels).saturating_add(word(2 * pixels + 1)), 0),
         _ => (word(pixels), pixels + 1),
     };
     entry.put(24, (count as u64).to_le_bytes());
     let range = if kind == Fragments::NAME {
-        let range =
-            if channels > 1 { range::<Rgb>(words, size) } else { range::<f32>(words, size) };
+        let range = if channels > 1 {
+            range::<Rgb>(words, size, has_media)
+        } else {
+            range::<f32>(words, size, has_media)
+        };
         range.unwrap_or_default()
     } else {
         let end = depths.saturating_add(count).min(words.len());
@@ -136,8 +149,8 @@ fn agree_with(entry: &mut Forge, words: &[u32], (kind, size, channels): (&str, [
     entry.put(36, range[1].to_le_bytes());
 }
 
-/// The depths of the fragments in these columns, if they are such.
-fn range<T: Transmittance>(words: &[u32], size: [u32; 2]) -> Option<[f32; 2]> {
+/// The depths of the fragments in these columns, and of media, if they are such.
+fn range<T: Transmittance>(words: &[u32], size: [u32; 2], has_media: bool) -> Option<[f32; 2]> {
     let pixels = (size[0] * size[1]) as usize;
     let mut rest = words;
     let mut take = |count: usize| {
@@ -146,19 +159,29 @@ fn range<T: Transmittance>(words: &[u32], size: [u32; 2]) -> Option<[f32; 2]> {
         Some(column.to_vec())
     };
     let floats = |bits: Vec<u32>| bits.into_iter().map(f32::from_bits).collect::<Vec<_>>();
+    let values = |channels: Vec<f32>| {
+        let count = channels.len() / T::CHANNELS;
+        let value = |at| T::from_channels(|channel| channels[channel * count + at]);
+        (0..count).map(value).collect()
+    };
     let offsets = take(pixels + 1)?;
+    let of_media = if has_media { Some(take(pixels + 1)?) } else { None };
     let count = *offsets.last()? as usize;
     let w = floats(take(count)?);
     let gradients = [floats(take(count)?), floats(take(count)?)];
     let facing = take(count.div_ceil(32))?;
-    let values = floats(take(count.checked_mul(T::CHANNELS)?)?);
+    let opacities = values(floats(take(count.checked_mul(T::CHANNELS)?)?));
     let [low, high] = [take(count)?, take(count)?];
-    let opacities =
-        (0..count).map(|at| T::from_channels(|channel| values[channel * count + at])).collect();
     let coverage = low.iter().zip(high).map(|(&low, high)| u64::from(high) << 32 | u64::from(low));
     let coverage = coverage.collect();
     let columns = FragmentColumns { offsets, w, gradients, facing, opacities, coverage };
-    let tile = FragmentTile::new(size, columns).ok()?;
+    let mut tile = FragmentTile::new(size, columns).ok()?;
+    if let Some(offsets) = of_media {
+        let borders = *offsets.last()? as usize;
+        let depths = floats(take(borders)?);
+        let thickness = values(floats(take(borders.checked_mul(T::CHANNELS)?)?));
+        tile = tile.with_media(MediaColumns { offsets, depths, thickness }).ok()?;
+    }
     let encoded = Fragments::encode(&tile, Codec::Exact, Packing::Plain).ok()?;
     Some([encoded.z_min, encoded.z_max])
 }

@@ -3,8 +3,8 @@
 use std::ops::ControlFlow;
 
 use dsm_core::{
-    Error, HitSource, Progress, Rgb, SurfaceHit, TileHits, TileSamples, Tolerance, Transmittance,
-    VisibilityField,
+    Error, HitSource, Progress, RayHits, RaySource, Rgb, SamplePoint, SurfaceHit, TileHits,
+    TileSamples, Tolerance, Transmittance, VisibilityField, VolumeSample,
 };
 use dsm_io::detail::{
     BakeReport, Container, KindReader, KindWriter, Level, MapKind, Memory, PixelValue, TileCache,
@@ -16,7 +16,9 @@ use mtsm::detail::{Layers, Mtsm, bake_layers, bake_mtsm};
 use mtsm::{MultilayerBaker, MultilayerMap};
 use shadow_maps::detail::{FragmentMap, Fragments, bake_fragments};
 
-use crate::examples::{baker, file, fragment_map, fragments, read, settings, source};
+use crate::examples::{
+    FOGGY, baker, file, foggy_map, fragment_map, fragments, read, settings, source,
+};
 
 /// Slanted panes, of which each pixel has its own part, and strands.
 struct Panes;
@@ -130,6 +132,67 @@ fn pixels_are_shown_as_they_are() {
 }
 
 #[test]
+fn slabs_are_shown_among_fragments() {
+    let map = foggy_map::<Rgb>();
+    let reader = read::<Fragments>(file::<Rgb>(FOGGY, Packing::Zstd)).unwrap();
+    let (mut slabs, mut both) = (0, 0);
+    for (x, y) in (0..5).flat_map(|y| (0..6).map(move |x| (x, y))) {
+        let shown = reader.contents::<Rgb>(0, [x, y]).unwrap();
+        assert_eq!(shown.columns(), ["depth", "to depth", "opacity", "covered 64ths"]);
+        let number = |value: &PixelValue| match value {
+            PixelValue::Number(number) => *number,
+            other => panic!("{other:?}"),
+        };
+        let ranges: Vec<_> =
+            shown.rows().iter().map(|row| [number(&row[0]), number(&row[1])]).collect();
+        assert!(ranges.is_sorted_by(|a, b| a[0] <= b[0]), "{ranges:?}");
+        let borders: Vec<_> = map.media().unwrap().pixel((y * 6 + x) as usize).collect();
+        let own = ranges.iter().filter(|range| range[0] < range[1]).count();
+        let expected = borders.iter().filter(|(_, thickness)| *thickness != Rgb::splat(0.0));
+        assert_eq!(own, expected.count());
+        assert_eq!(ranges.len() - own, map.pixel(x, y).len());
+        if let Some(&(depth, thickness)) = borders.get(1) {
+            let row = ranges.iter().position(|&range| range == [borders[0].0, depth]).unwrap();
+            let opacity = [0, 1, 2].map(|channel| -(-thickness.channel(channel)).exp_m1());
+            assert_eq!(shown.rows()[row][2], PixelValue::Rgb(opacity));
+            both += usize::from(own < ranges.len());
+        }
+        slabs += own;
+    }
+    assert!(slabs > 30 && both > 5, "{slabs} {both}");
+}
+
+#[test]
+fn a_map_states_what_its_media_keep() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("map.dsm");
+    // An exponential that 256 slabs cannot follow.
+    let steep = RaySource(|_: SamplePoint, hits: &mut RayHits<f32>| -> Result<(), Error> {
+        let samples = (0..2000_u16).map(|at| VolumeSample {
+            depth: 1.0 + f32::from(at) / 500.0,
+            extinction: if at % 2 == 0 { 200.0 } else { 0.0 },
+        });
+        hits.push_volume(&samples.collect::<Vec<_>>(), 1.0)
+    });
+    let mut kept = Vec::new();
+    for asked in [0.3, 1e-4] {
+        let asked = Tolerance::new(asked).unwrap();
+        let builder = fragments().with_tolerance(asked);
+        let write = packed(Packing::Zstd);
+        let (_, told) =
+            bake_fragments(&builder, &steep, &path, write, |_| {}, Progress::ignore).unwrap();
+        let reader = KindReader::<Fragments>::open(&path, &Limits::default()).unwrap();
+        assert!(reader.verify().is_empty());
+        assert_eq!(reader.metadata().info.tolerance, told);
+        assert!(reader.levels()[0].error.max <= told.epsilon());
+        assert!(reader.summary().unwrap().count("max_slabs_per_pixel").unwrap() <= 256);
+        kept.push([asked, told]);
+    }
+    assert_eq!(kept[0][0], kept[0][1]);
+    assert!(kept[1][0] < kept[1][1], "{kept:?}");
+}
+
+#[test]
 fn bakes_count_hits_and_what_was_cut() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.dsm");
@@ -167,9 +230,9 @@ fn bakes_count_hits_and_what_was_cut() {
             Progress::ignore,
         )
     });
-    let BakeReport { hits, cut_pixels, .. } = planes.unwrap();
+    let (BakeReport { hits, cut_pixels, .. }, _) = planes.unwrap();
     assert!(hits > fragment_map::<f32>().len() as u64 && cut_pixels == 0);
-    assert_eq!(cut_planes.unwrap().cut_pixels, cut);
+    assert_eq!(cut_planes.unwrap().0.cut_pixels, cut);
 }
 
 #[test]

@@ -12,7 +12,7 @@ use shadow_maps::detail::{
     Attenuation, AttenuationMap, FragmentMap, Fragments, Prefiltered, PrefilteredMap,
 };
 
-use crate::examples::{KINDS, file, open};
+use crate::examples::{FOGGY, KINDS, file, open};
 
 fn problems(bytes: Vec<u8>) -> Vec<String> {
     match open(bytes) {
@@ -256,5 +256,48 @@ fn what_breaks_a_rule_is_named() {
     });
     signed(&attenuation, "not negative", |f| {
         f.replace("\"depth_tolerance\":1.0", "\"depth_tolerance\":-10");
+    });
+}
+
+#[test]
+fn what_breaks_a_rule_of_media_is_named() {
+    let foggy = file::<f32>(FOGGY, Packing::Plain);
+    // Behind all else: depths of borders, and as many thicknesses.
+    let borders = |f: &Forge| f.u32(f.payload(0) + 4 * 33) as usize;
+    let last = |f: &Forge| f.payload(0) + f.u64(f.tile_entry(0) + 8) as usize - 4;
+    let first = |f: &Forge| last(f) - 4 * (borders(f) - 1);
+    assert!(borders(&Forge(foggy.clone())) > 8);
+    signed(&foggy, "begin at the first border and end at the last", |f| f.put(last(f), [0; 4]));
+    signed(&foggy, "begin at the first border", |f| f.put(first(f), 0.5_f32.to_le_bytes()));
+    signed(&foggy, "thickness of media must be", |f| {
+        f.put(last(f), (-1.0_f32).to_le_bytes());
+    });
+    signed(&foggy, "borders of media must rise", |f| {
+        f.put(last(f) - 4 * borders(f), 0.25_f32.to_le_bytes());
+    });
+    signed(&foggy, "depth of a border must be finite", |f| {
+        f.put(last(f) - 4 * borders(f), f32::NAN.to_le_bytes());
+    });
+    signed(&foggy, "more borders of media than it states", |f| {
+        f.put(f.payload(0) + 4 * 33, u32::MAX.to_le_bytes());
+    });
+    signed(&foggy, "before they begin, or beyond the columns", |f| {
+        f.put(f.payload(0) + 4 * 17, [0; 4]);
+        f.put(f.payload(0) + 4 * 18, u32::MAX.to_le_bytes());
+    });
+    signed(&foggy, "not the range", |f| f.put(f.tile_entry(0) + 36, 9.0_f32.to_le_bytes()));
+    signed(&foggy, "bound of slabs", |f| f.replace("\"max_slabs\":256", "\"max_slabs\":  0"));
+    signed(&foggy, "more slabs of media than the map allows", |f| {
+        f.replace("\"max_slabs\":256", "\"max_slabs\":  1");
+    });
+    // A header that says less, or more, than it needs.
+    signed(&foggy, "version 1 of kind \"fragments\", whose keys are those of version 2", |f| {
+        f.replace("\"kind_version\":2", "\"kind_version\":1");
+    });
+    signed(&foggy, "version 2 of kind \"fragments\", whose keys are those of version 1", |f| {
+        f.replace("\"media\":", "\"medea\":");
+    });
+    signed(&foggy, "version 3 of kind \"fragments\"; this program reads up to 2", |f| {
+        f.replace("\"kind_version\":2", "\"kind_version\":3");
     });
 }

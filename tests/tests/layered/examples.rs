@@ -2,7 +2,9 @@
 
 use std::ops::ControlFlow;
 
-use dsm_core::{Error, RayHits, RaySource, SamplePoint, ShadowCamera, SurfaceHit, Transmittance};
+use dsm_core::{
+    Error, RayHits, RaySource, SamplePoint, ShadowCamera, SurfaceHit, Transmittance, VolumeSample,
+};
 use dsm_io::detail::{Container, ErasedMap, KindReader, Kinds, MapKind, Memory};
 use dsm_io::{Limits, Packing, WriteOptions};
 use glam::{DMat4, DVec3, DVec4};
@@ -10,7 +12,8 @@ use mtsm::detail::{Layers, Mtsm, bake_layers, bake_mtsm};
 use mtsm::{MultilayerBaker, MultilayerSettings};
 use shadow_maps::detail::{
     Attenuation, AttenuationBuilder, FragmentBuilder, FragmentMap, Fragments, ListBuilder,
-    PrefilterSettings, Prefiltered, bake_fragments, bake_prefiltered, write_attenuation,
+    PrefilterSettings, Prefiltered, PrefilteredMap, bake_fragments, bake_prefiltered,
+    write_attenuation,
 };
 
 pub(crate) type Ray<T> = fn(SamplePoint, &mut RayHits<T>) -> Result<(), Error>;
@@ -41,6 +44,24 @@ fn sheets<T: Transmittance>(point: SamplePoint, hits: &mut RayHits<T>) -> Result
     let mut all = RayHits::default();
     ray(point, &mut all)?;
     all.surfaces().iter().try_for_each(|&surface| hits.push_surface(surface))
+}
+
+/// The sheets in fog of which pixels have more or less, or nothing.
+fn fog<T: Transmittance>(point: SamplePoint, hits: &mut RayHits<T>) -> Result<(), Error> {
+    sheets(point, hits)?;
+    let (x, y) = (point.x.floor() as u32, point.y.floor() as u32);
+    let dense = (x + 2 * y) % 5;
+    if x < 4 && dense > 0 {
+        let samples = [0.0, 1.0, 0.25, 0.0].into_iter().zip([1.0, 2.0, 2.5, 4.0]);
+        let samples = samples.map(|(share, depth)| {
+            let is_grey = x == 1;
+            let tint = |channel| if is_grey { 1.0 } else { 1.0 / (channel + 1) as f32 };
+            let extinction = T::from_channels(|channel| share * dense as f32 * tint(channel));
+            VolumeSample { depth, extinction }
+        });
+        hits.push_volume(&samples.collect::<Vec<_>>(), point.distance_per_depth)?;
+    }
+    Ok(())
 }
 
 pub(crate) fn settings() -> MultilayerSettings {
@@ -82,6 +103,12 @@ pub(crate) fn fragment_map<T: Transmittance>() -> FragmentMap<T> {
     fragments().build(&source).unwrap()
 }
 
+/// The same sheets in fog.
+pub(crate) fn foggy_map<T: Transmittance>() -> FragmentMap<T> {
+    let source: RaySource<Ray<T>> = RaySource(fog::<T>);
+    fragments().build(&source).unwrap()
+}
+
 /// MIP levels and a stack of the same sheets.
 pub(crate) fn lists() -> (ListBuilder, PrefilterSettings) {
     let builder = ListBuilder::new(camera(), [6, 5], 0.25).unwrap();
@@ -101,6 +128,15 @@ pub(crate) fn attenuation<T: Transmittance>() -> AttenuationBuilder<T> {
         assert!(added.is_continue());
     }
     builder
+}
+
+/// The same map in memory.
+pub(crate) fn list_map<T: Transmittance>() -> PrefilteredMap<T> {
+    let (builder, settings) = lists();
+    let source: RaySource<Ray<T>> = RaySource(sheets::<T>);
+    let collected = builder.collect(&source, |_| ControlFlow::Continue(())).unwrap().unwrap();
+    let (lists, _) = builder.sort(collected).unwrap();
+    PrefilteredMap::new(*builder.frame(), lists, &settings, 0.0).unwrap()
 }
 
 /// The file of a map.
@@ -126,10 +162,12 @@ pub(crate) fn file<T: Transmittance>(kind: &str, packing: Packing) -> Vec<u8> {
             write_attenuation(&builder, &path, options, |_| {}).unwrap().bytes
         }
         _ => {
-            let source: RaySource<Ray<T>> = RaySource(sheets::<T>);
+            let ray = if kind == FOGGY { fog::<T> } else { sheets::<T> };
+            let source: RaySource<Ray<T>> = RaySource(ray);
             let options = WriteOptions::default().with_tile_size(4).with_packing(packing);
             bake_fragments::<T, _>(&fragments(), &source, &path, options, |_| {}, watch)
                 .unwrap()
+                .0
                 .bytes
         }
     };
@@ -138,9 +176,12 @@ pub(crate) fn file<T: Transmittance>(kind: &str, packing: Packing) -> Vec<u8> {
     file
 }
 
+/// Fragments with media beside them.
+pub(crate) const FOGGY: &str = "foggy";
+
 /// All kinds of layered maps.
-pub(crate) const KINDS: [&str; 5] =
-    [Mtsm::NAME, Layers::NAME, Fragments::NAME, Prefiltered::NAME, Attenuation::NAME];
+pub(crate) const KINDS: [&str; 6] =
+    [Mtsm::NAME, Layers::NAME, Fragments::NAME, FOGGY, Prefiltered::NAME, Attenuation::NAME];
 
 pub(crate) fn open(bytes: Vec<u8>) -> dsm_io::detail::Result<Box<dyn ErasedMap>> {
     let limits = Limits::default();

@@ -10,8 +10,8 @@ use dsm_trace::detail::Layering;
 use mtsm::detail::{DepthLayers, Layer, LayeredPixels, LayeredPixelsBuilder, Layers, Mtsm};
 use shadow_maps::detail::{
     Accumulate, Attenuation, AttenuationKeys, Epsilon, Filtering, Fragment, FragmentColumns,
-    FragmentKeys, FragmentLists, FragmentTile, Fragments, MergedDepth, Prefiltered,
-    PrefilteredKeys, PrefilteredTile,
+    FragmentKeys, FragmentLists, FragmentTile, Fragments, MediaColumns, MediaKeys, MergedDepth,
+    Prefiltered, PrefilteredKeys, PrefilteredTile,
 };
 
 /// Of level 0, in tiles of 8 × 8: the second row of tiles is one pixel high.
@@ -19,9 +19,20 @@ const SIZE: [u32; 2] = [12, 9];
 const LAYERING: Layering = Layering { resets: 2, max_layers: 5, light_depth: 0.75 };
 const PACKINGS: [(Packing, &str); 2] = [(Packing::Plain, "plain"), (Packing::Zstd, "zstd")];
 
+type TileOf<G, T> = <<G as Golden>::Kind as MapKind>::Tile<T>;
+type KeysOf<G> = <<G as Golden>::Kind as MapKind>::Keys;
+
+/// Maps of fragments with media beside them, which have version 2 of the payload.
+struct Media;
+
 /// What a golden file of a kind holds.
-trait Golden: MapKind {
-    fn keys() -> Self::Keys;
+trait Golden {
+    type Kind: MapKind;
+
+    /// What the names of its files begin with.
+    const NAME: &'static str;
+
+    fn keys() -> KeysOf<Self>;
 
     /// What the file says that it keeps.
     const TOLERANCE: f32 = 0.0;
@@ -37,9 +48,13 @@ trait Golden: MapKind {
     }
 
     /// The tile over these pixels of a level.
-    fn tile<T: Transmittance>(level: u32, rect: TileRect) -> Self::Tile<T>;
+    fn tile<T: Transmittance>(level: u32, rect: TileRect) -> TileOf<Self, T>;
 
-    fn assert_same<T: Transmittance>(found: &Self::Tile<T>, expected: &Self::Tile<T>, name: &str);
+    fn assert_same<T: Transmittance>(
+        found: &TileOf<Self, T>,
+        expected: &TileOf<Self, T>,
+        name: &str,
+    );
 }
 
 /// The pixels of a tile, row by row.
@@ -54,9 +69,11 @@ fn halves<T: Transmittance>(value: f32) -> T {
 }
 
 impl Golden for Mtsm {
+    type Kind = Self;
+    const NAME: &'static str = <Self as MapKind>::NAME;
     const TOLERANCE: f32 = 0.0625;
 
-    fn keys() -> Self::Keys {
+    fn keys() -> KeysOf<Self> {
         LAYERING.into()
     }
 
@@ -96,7 +113,10 @@ impl Golden for Mtsm {
 }
 
 impl Golden for Layers {
-    fn keys() -> Self::Keys {
+    type Kind = Self;
+    const NAME: &'static str = <Self as MapKind>::NAME;
+
+    fn keys() -> KeysOf<Self> {
         Layering { resets: 0, ..LAYERING }.into()
     }
 
@@ -124,8 +144,12 @@ impl Golden for Layers {
 }
 
 impl Golden for Fragments {
-    fn keys() -> Self::Keys {
-        FragmentKeys { layering: Layering { resets: 0, ..LAYERING }, coverage: 8, folded: None }
+    type Kind = Self;
+    const NAME: &'static str = <Self as MapKind>::NAME;
+
+    fn keys() -> KeysOf<Self> {
+        let layering = Layering { resets: 0, ..LAYERING };
+        FragmentKeys { layering, coverage: 8, ..FragmentKeys::default() }
     }
 
     fn tile<T: Transmittance>(level: u32, rect: TileRect) -> FragmentTile<T> {
@@ -159,8 +183,49 @@ impl Golden for Fragments {
     }
 }
 
+impl Golden for Media {
+    type Kind = Fragments;
+    const NAME: &'static str = "fragments-with-media";
+    const TOLERANCE: f32 = 0.03125;
+
+    fn keys() -> FragmentKeys {
+        let media = Some(MediaKeys { max_slabs: 4 });
+        FragmentKeys { media, ..<Fragments as Golden>::keys() }
+    }
+
+    fn tile<T: Transmittance>(level: u32, rect: TileRect) -> FragmentTile<T> {
+        let mut media = MediaColumns::new();
+        for [x, y] in places(rect) {
+            let slabs = (2 * x + y + level) % 5;
+            let depth = |border: u32| 1.25 + border as f32 / 4.0 + x as f32 / 8.0;
+            let thickness = |slab: u32| match slab {
+                // The last is never clear.
+                2 if slabs > 2 => T::splat(0.0),
+                _ => halves(slab as f32 / 8.0 + y as f32),
+            };
+            let first = (slabs > 0).then(|| (depth(0), T::splat(0.0)));
+            let more = (1..=slabs).map(|slab| (depth(slab), thickness(slab)));
+            media.push_pixel(first.into_iter().chain(more)).unwrap();
+        }
+        // Pixels of both, of one of them, and of nothing.
+        <Fragments as Golden>::tile::<T>(level, rect).with_media(media).unwrap()
+    }
+
+    fn assert_same<T: Transmittance>(
+        found: &FragmentTile<T>,
+        expected: &FragmentTile<T>,
+        name: &str,
+    ) {
+        <Fragments as Golden>::assert_same(found, expected, name);
+        assert!(found.media().is_some() && found.media() == expected.media(), "{name}");
+    }
+}
+
 impl Golden for Prefiltered {
-    fn keys() -> Self::Keys {
+    type Kind = Self;
+    const NAME: &'static str = <Self as MapKind>::NAME;
+
+    fn keys() -> KeysOf<Self> {
         let filtering = Filtering {
             stack_from: Some(1),
             subsampled: 0,
@@ -206,7 +271,10 @@ impl Golden for Prefiltered {
 }
 
 impl Golden for Attenuation {
-    fn keys() -> Self::Keys {
+    type Kind = Self;
+    const NAME: &'static str = <Self as MapKind>::NAME;
+
+    fn keys() -> KeysOf<Self> {
         AttenuationKeys { light_samples: 8, depth_tolerance: 1.5 }
     }
 
@@ -237,21 +305,21 @@ impl Golden for Attenuation {
 }
 
 /// A whole file: of these levels, or of level 0 alone.
-fn write<K: Golden, T: Transmittance>(packing: Packing, levels: &[Level]) -> Vec<u8> {
+fn write<G: Golden, T: Transmittance>(packing: Packing, levels: &[Level]) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("golden.dsm");
-    let info = MapInfo::new().with_tolerance(Tolerance::new(K::TOLERANCE).unwrap());
+    let info = MapInfo::new().with_tolerance(Tolerance::new(G::TOLERANCE).unwrap());
     let mut metadata = Metadata::new(SIZE[0], SIZE[1], T::CHANNELS as u8, info);
     metadata.software = "golden 1.0".to_owned();
     let options = WriteOptions::default().with_tile_size(8).with_packing(packing);
-    let mut writer = KindWriter::<K>::create(&path, metadata, &K::keys(), options).unwrap();
+    let mut writer = KindWriter::<G::Kind>::create(&path, metadata, &G::keys(), options).unwrap();
     for level in levels {
         writer.add_level(*level).unwrap();
     }
     for (index, level) in (0..).zip(writer.levels().to_vec()) {
         let [columns, rows] = level.tiles();
         for (x, y) in (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y))) {
-            let tile = K::tile::<T>(index, level.tile_rect(x, y).unwrap());
+            let tile = G::tile::<T>(index, level.tile_rect(x, y).unwrap());
             writer.write_tile(TileId::new(index, x, y), &tile, AchievedError::NONE).unwrap();
         }
     }
@@ -259,37 +327,37 @@ fn write<K: Golden, T: Transmittance>(packing: Packing, levels: &[Level]) -> Vec
     std::fs::read(path).unwrap()
 }
 
-fn check<K: Golden, T: Transmittance>(name: &str, packing: Packing, levels: &[Level]) {
+fn check<G: Golden, T: Transmittance>(name: &str, packing: Packing, levels: &[Level]) {
     let name = format!("golden/{name}.dsm");
-    let bytes = golden::file(&name, || write::<K, T>(packing, levels));
-    let reader = KindReader::<K>::from_bytes(bytes, &Limits::default()).unwrap();
+    let bytes = golden::file(&name, || write::<G, T>(packing, levels));
+    let reader = KindReader::<G::Kind>::from_bytes(bytes, &Limits::default()).unwrap();
     assert!(reader.verify().is_empty(), "{name}: {:?}", reader.verify());
     assert_eq!(reader.container().version(), [1, 0], "{name}");
-    assert_eq!(reader.keys(), &K::keys(), "{name}");
+    assert_eq!(reader.keys(), &G::keys(), "{name}");
     let metadata = reader.metadata();
     assert_eq!([metadata.width, metadata.height], SIZE, "{name}");
     assert_eq!(metadata.software, "golden 1.0", "{name}");
-    assert_eq!(metadata.info.tolerance.epsilon(), K::TOLERANCE, "{name}");
+    assert_eq!(metadata.info.tolerance.epsilon(), G::TOLERANCE, "{name}");
     assert_eq!(reader.levels().len(), 1 + levels.len(), "{name}");
     let mut packed = 0;
     for (index, level) in (0..).zip(reader.levels()) {
         for (id, entry) in reader.directory(index).unwrap().iter() {
-            let expected = K::tile::<T>(index, level.tile_rect(id.x, id.y).unwrap());
-            K::assert_same(&reader.decode_tile::<T>(id).unwrap(), &expected, &name);
+            let expected = G::tile::<T>(index, level.tile_rect(id.x, id.y).unwrap());
+            G::assert_same(&reader.decode_tile::<T>(id).unwrap(), &expected, &name);
             packed += usize::from(entry.block == 1);
         }
     }
     assert_eq!(packed > 0, packing == Packing::Zstd, "{name}: {packed} packed tiles");
 }
 
-fn every_file<K: Golden>() {
+fn every_file<G: Golden>() {
     for (packing, of) in PACKINGS {
-        check::<K, f32>(&format!("{}_{of}_mono", K::NAME), packing, &[]);
-        check::<K, Rgb>(&format!("{}_{of}_rgb", K::NAME), packing, &[]);
+        check::<G, f32>(&format!("{}_{of}_mono", G::NAME), packing, &[]);
+        check::<G, Rgb>(&format!("{}_{of}_rgb", G::NAME), packing, &[]);
     }
-    let levels = K::levels();
+    let levels = G::levels();
     if !levels.is_empty() {
-        check::<K, f32>(&format!("{}_levels", K::NAME), Packing::Plain, &levels);
+        check::<G, f32>(&format!("{}_levels", G::NAME), Packing::Plain, &levels);
     }
 }
 
@@ -316,4 +384,9 @@ fn prefiltered_maps_of_version_1() {
 #[test]
 fn maps_of_fragments_of_version_1() {
     every_file::<Fragments>();
+}
+
+#[test]
+fn maps_of_fragments_of_version_2() {
+    every_file::<Media>();
 }

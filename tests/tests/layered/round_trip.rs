@@ -3,14 +3,17 @@
 use std::ops::ControlFlow;
 
 use dsm_core::{AreaLight, LightVisibility, Rgb, Transmittance};
-use dsm_io::detail::MapKind;
+use dsm_io::detail::{MapKind, TileCache};
 use dsm_io::{Error, Limits, MapReader, Packing};
 use glam::DVec3;
 use mtsm::MultilayerMap;
 use mtsm::detail::{Layers, Mtsm, MultilayerDepthMap, bake_mtsm};
-use shadow_maps::detail::{FragmentMap, FragmentTracer, Fragments};
+use shadow_maps::detail::{
+    Accumulate, CachedPrefiltered, FragmentMap, FragmentTracer, Fragments, Prefiltered,
+    PrefilteredMap, PrefilteredShadow,
+};
 
-use crate::examples::{KINDS, baker, file, fragment_map, open, read};
+use crate::examples::{FOGGY, KINDS, baker, file, foggy_map, fragment_map, list_map, open, read};
 
 const PACKINGS: [Packing; 2] = [Packing::Plain, Packing::Zstd];
 
@@ -50,14 +53,22 @@ fn check<T: Transmittance>() {
     }
 }
 
-fn check_fragments<T: Transmittance>() {
-    let map = fragment_map::<T>();
+fn check_fragments<T: Transmittance>(name: &str, map: &FragmentMap<T>) {
     assert!(map.len() > 30);
     for packing in PACKINGS {
-        let reader = read::<Fragments>(file::<T>(Fragments::NAME, packing)).unwrap();
-        assert_eq!(FragmentMap::<T>::read(&reader).unwrap(), map);
+        let reader = read::<Fragments>(file::<T>(name, packing)).unwrap();
+        assert_eq!(&FragmentMap::<T>::read(&reader).unwrap(), map);
         assert!(reader.verify().is_empty());
-        assert_eq!(reader.summary().unwrap().count("fragments"), Some(map.len() as u64));
+        let summary = reader.summary().unwrap();
+        assert_eq!(summary.count("fragments"), Some(map.len() as u64));
+        let foggy = map.media().map(|media| {
+            let lists = media.offsets.windows(2).map(|pair| u64::from(pair[1] - pair[0]));
+            lists
+                .filter(|&count| count > 0)
+                .fold([0, 0], |[pixels, slabs], count| [pixels + 1, slabs + count - 1])
+        });
+        let counts = ["pixels_with_media", "slabs"].map(|name| summary.count(name));
+        assert_eq!(counts, [0, 1].map(|at| foggy.map(|both| both[at])));
         // Traced from the file's tiles, or from the map.
         let light = AreaLight::rectangle(DVec3::ZERO, DVec3::X * 0.2, DVec3::Y * 0.2);
         let tracers =
@@ -84,10 +95,49 @@ fn check_fragments<T: Transmittance>() {
     }
 }
 
+fn check_prefiltered<T: Transmittance>() {
+    let map = list_map::<T>();
+    for packing in PACKINGS {
+        let reader = read::<Prefiltered>(file::<T>(Prefiltered::NAME, packing)).unwrap();
+        assert!(reader.verify().is_empty());
+        let found = PrefilteredMap::<T>::read(&reader).unwrap();
+        assert!(found.levels().eq(map.levels()));
+        let fragments = map.levels().next().unwrap().0.len() as u64;
+        assert_eq!(reader.summary().unwrap().count("fragments"), Some(fragments));
+        // Looked up through tiles, or in the map: the same bits.
+        let light = AreaLight::rectangle(DVec3::NEG_Z / 4.0, DVec3::X * 0.3, DVec3::Y * 0.2);
+        let cached = TileCache::new(1 << 20).insert::<T, _>(reader).unwrap();
+        let cached = CachedPrefiltered::new(cached).unwrap();
+        let mut dark = 0;
+        for mode in Accumulate::ALL {
+            let in_memory = PrefilteredShadow::new(&map).with_accumulate(mode);
+            let in_file = PrefilteredShadow::new(&cached).with_accumulate(mode);
+            for at in 0..60_u32 {
+                let [x, y] = [at % 10, at / 10].map(|side| f64::from(side) / 4.0 - 1.0);
+                let depth = 2.1 + f64::from(at % 7) / 4.0;
+                let receiver = DVec3::new(x * depth, y * depth, -depth);
+                let Ok(expected) = in_memory.visibility(receiver, &light, 0);
+                assert_eq!(in_file.visibility(receiver, &light, 0).unwrap(), expected);
+                dark += usize::from(expected != T::CLEAR);
+            }
+        }
+        assert!(dark > 15, "{dark}");
+    }
+}
+
+#[test]
+fn prefiltered_maps_come_back() {
+    check_prefiltered::<f32>();
+    check_prefiltered::<Rgb>();
+}
+
 #[test]
 fn fragments_come_back() {
-    check_fragments::<f32>();
-    check_fragments::<Rgb>();
+    check_fragments::<f32>(Fragments::NAME, &fragment_map());
+    check_fragments::<Rgb>(Fragments::NAME, &fragment_map());
+    assert!(foggy_map::<f32>().media().is_some_and(|media| media.depths.len() > 40));
+    check_fragments::<f32>(FOGGY, &foggy_map());
+    check_fragments::<Rgb>(FOGGY, &foggy_map());
 }
 
 #[test]
@@ -119,6 +169,7 @@ fn other_kinds_name_themselves() {
     assert_eq!(refused.to_string(), "a map of kind \"mtsm\", not a deep shadow map");
     for kind in KINDS {
         let map = open(file::<f32>(kind, Packing::Plain)).unwrap();
+        let kind = if kind == FOGGY { Fragments::NAME } else { kind };
         assert_eq!(map.kind(), kind);
         assert!(map.downcast_ref::<Layers>().is_some() == (kind == Layers::NAME));
         let refused = map.downcast::<dsm_io::detail::Deep>().unwrap_err();

@@ -71,9 +71,7 @@ impl Method {
     /// What it is tried on: with media where its map holds them.
     pub(crate) fn scene(self) -> Scene {
         match self {
-            Self::Fragments
-            | Self::FarTable
-            | Self::Layers
+            Self::Layers
             | Self::LayersFiltered
             | Self::Prefiltered
             | Self::Attenuation
@@ -86,7 +84,7 @@ impl Method {
     /// truth in each cell of voxels, cut in more or fewer pieces as rounding has it.
     pub(crate) fn agreement(self) -> Agreement {
         match self {
-            Self::Mtsm | Self::MtsmFiltered | Self::MtsmLookup | Self::Deep => {
+            Self::Mtsm | Self::MtsmFiltered | Self::MtsmLookup | Self::Deep | Self::Fragments => {
                 Agreement::default().with_tolerance(1.0 / f64::from(1 << 16))
             }
             _ => Agreement::default(),
@@ -133,7 +131,7 @@ impl Method {
         if kind == "deep" {
             settings = settings.with_samples(4).with_seed(1);
         }
-        if ["deep", "mtsm"].contains(&kind) {
+        if ["deep", "fragments", "mtsm"].contains(&kind) {
             settings = settings.with_tolerance(Tolerance::EXACT);
         }
         let folder = tempfile::tempdir().unwrap();
