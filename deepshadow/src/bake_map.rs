@@ -73,6 +73,10 @@ impl Bake {
             let reason = "--light-samples is for maps of kind attenuation";
             return Err(Error::Unsupported(reason.to_owned()));
         }
+        if self.views.is_some() && !kind.has_views() {
+            let reason = "--views is for maps of kind views";
+            return Err(Error::Unsupported(reason.to_owned()));
+        }
         kind.check(self)
     }
 }

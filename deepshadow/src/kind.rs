@@ -27,6 +27,7 @@ pub(crate) enum KindId {
     Layers,
     Mtsm,
     Prefiltered,
+    Views,
 }
 
 impl Kind {
@@ -53,6 +54,10 @@ impl Kind {
     /// share of the light that it sees (Agrawala et al. 2000, §4).
     pub const ATTENUATION: Self = Self(KindId::Attenuation);
 
+    /// Depth images from several points of a light, which shadow rays are traced through
+    /// (Agrawala et al. 2000, §5.1).
+    pub const VIEWS: Self = Self(KindId::Views);
+
     /// All kinds.
     pub const ALL: &[Self] = &[
         Self::DEEP,
@@ -61,6 +66,7 @@ impl Kind {
         Self::MTSM,
         Self::PREFILTERED,
         Self::ATTENUATION,
+        Self::VIEWS,
     ];
 
     /// The kind of this name, if there is one.
@@ -79,6 +85,7 @@ impl Kind {
             KindId::Layers => "layers",
             KindId::Mtsm => "mtsm",
             KindId::Prefiltered => "prefiltered",
+            KindId::Views => "views",
         }
     }
 
@@ -100,6 +107,7 @@ impl Kind {
                 "Prefiltered maps: fragments in levels of wider and wider filters, for soft \
                  shadows by lookup"
             }
+            KindId::Views => "Depth images from several points of the light, traced",
         }
     }
 
@@ -122,7 +130,9 @@ impl Kind {
     #[must_use]
     pub const fn resolution(self) -> Option<[u32; 2]> {
         match self.0 {
-            KindId::Attenuation | KindId::Deep | KindId::Layers | KindId::Mtsm => Some([512; 2]),
+            KindId::Attenuation | KindId::Deep | KindId::Layers | KindId::Mtsm | KindId::Views => {
+                Some([512; 2])
+            }
             KindId::Prefiltered => Some([1024; 2]),
             KindId::Fragments => None,
         }

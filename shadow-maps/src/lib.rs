@@ -58,9 +58,13 @@ pub mod detail {
             tile::PrefilteredTile,
         },
         views::{
+            bake::{ViewsBuilder, view_points},
             depth_view::DepthView,
+            keys::ViewsKeys,
             options::TraceOptions,
+            store::Views,
             tracer::{RayFate, ViewsTracer},
+            view_tile::ViewTile,
         },
     };
 }

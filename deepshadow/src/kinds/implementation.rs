@@ -7,6 +7,7 @@ use super::layers::Layers;
 use super::mtsm::Mtsm;
 use super::prefiltered::Prefiltered;
 use super::shadow_kind::ShadowKind;
+use super::views::Views;
 use crate::kind::{Kind, KindId};
 
 /// The implementation of `kind`.
@@ -18,5 +19,6 @@ pub(crate) const fn implementation(kind: Kind) -> &'static dyn ShadowKind {
         KindId::Layers => &Layers,
         KindId::Mtsm => &Mtsm,
         KindId::Prefiltered => &Prefiltered,
+        KindId::Views => &Views,
     }
 }

@@ -9,5 +9,6 @@ mod layers;
 mod mtsm;
 mod prefiltered;
 mod shadow_kind;
+mod views;
 
 pub(crate) use implementation::implementation;

@@ -26,6 +26,11 @@ pub(crate) trait ShadowKind: Send + Sync {
         false
     }
 
+    /// Whether it is views from several points of its light.
+    fn has_views(&self) -> bool {
+        false
+    }
+
     /// Bakes a map into a file.
     fn bake(&self, job: &Job<'_>, output: &Path) -> Result<BakeReport>;
 

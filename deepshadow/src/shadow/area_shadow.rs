@@ -8,7 +8,7 @@ use glam::DVec3;
 use mtsm::detail::{MultilayerTracer, SoftPercentageCloser, TracedMap};
 use shadow_maps::detail::{
     AttenuationShadow, CachedAttenuation, CachedPrefiltered, FragmentTracer, HybridShadow,
-    PrefilteredShadow,
+    PrefilteredShadow, ViewsTracer,
 };
 
 use super::any_visibility::AnyVisibility;
@@ -89,6 +89,16 @@ where
 }
 
 impl<T: Transmittance> AreaTracer for AttenuationShadow<CachedAttenuation<T>> {
+    fn frame(&self) -> &LightFrame {
+        self.frame()
+    }
+
+    fn rays(&self) -> Option<TraceStatistics> {
+        None
+    }
+}
+
+impl AreaTracer for ViewsTracer {
     fn frame(&self) -> &LightFrame {
         self.frame()
     }

@@ -82,6 +82,11 @@ pub(crate) struct BakeFlags {
     #[arg(long, value_name = "N")]
     #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(1..=1 << 16))]
     light_samples: Option<u32>,
+    /// Views from points of the light, of kind views: 4 are its corners, 9 and 16 grids that
+    /// reach them [default: 4; of a point light 1]
+    #[arg(long, value_name = "K")]
+    #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(1..=1024))]
+    views: Option<u32>,
     /// One channel, or three for colours; auto: three if the scene has colours
     #[arg(long, value_enum, default_value = "auto")]
     channels: ChannelsName,
@@ -241,6 +246,7 @@ impl TryFrom<BakeFlags> for Bake {
         settings.coverage = flags.coverage;
         settings.filtering = flags.prefilter.settings();
         settings.light_samples = flags.light_samples;
+        settings.views = flags.views;
         settings.channels = match flags.channels {
             ChannelsName::Auto => Channels::Auto,
             ChannelsName::Mono => Channels::Mono,

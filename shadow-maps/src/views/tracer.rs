@@ -5,7 +5,7 @@ use std::convert::Infallible;
 use dsm_core::detail::Result;
 use dsm_core::{AreaLight, Error, LightVisibility};
 use dsm_trace::ShadowRay;
-use dsm_trace::detail::LightMean;
+use dsm_trace::detail::{LightFrame, LightMean};
 use glam::DVec3;
 
 use super::depth_view::DepthView;
@@ -45,6 +45,7 @@ const ROUNDING: f64 = 1.0 / (1 << 30) as f64;
 #[derive(Clone, Debug)]
 pub struct ViewsTracer {
     views: Vec<DepthView>,
+    frame: LightFrame,
     options: TraceOptions,
     rays: u32,
     /// In scene units; None: by the pixels.
@@ -100,11 +101,12 @@ impl ViewsTracer {
     ///
     /// [`Error::Setting`] without views.
     pub fn new(views: Vec<DepthView>) -> Result<Self> {
-        if views.is_empty() {
+        let Some(first) = views.first() else {
             let reason = "there must be one or more";
             return Err(Error::Setting { setting: "views", reason });
-        }
-        Ok(Self { views, options: TraceOptions::ALL, rays: 64, start: None })
+        };
+        let frame = *first.frame();
+        Ok(Self { views, frame, options: TraceOptions::ALL, rays: 64, start: None })
     }
 
     /// Sets which accelerations are used.
@@ -131,6 +133,18 @@ impl ViewsTracer {
             return Err(Error::Setting { setting: "ray offset", reason });
         }
         Ok(Self { start: Some(start), ..self })
+    }
+
+    /// Sets the frame of the light's centre; otherwise it is that of the first view.
+    #[must_use]
+    pub fn with_frame(self, frame: LightFrame) -> Self {
+        Self { frame, ..self }
+    }
+
+    /// The frame of the map.
+    #[must_use]
+    pub const fn frame(&self) -> &LightFrame {
+        &self.frame
     }
 
     /// The views.

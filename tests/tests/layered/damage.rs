@@ -9,7 +9,8 @@ use dsm_tests::whole_message;
 use mtsm::MultilayerMap;
 use mtsm::detail::{Layers, Mtsm, MultilayerDepthMap};
 use shadow_maps::detail::{
-    Attenuation, AttenuationMap, FragmentMap, Fragments, Prefiltered, PrefilteredMap,
+    Attenuation, AttenuationMap, FragmentMap, Fragments, Prefiltered, PrefilteredMap, Views,
+    ViewsTracer,
 };
 
 use crate::examples::{FOGGY, KINDS, file, open};
@@ -83,6 +84,9 @@ fn any_word_of_a_payload_may_be_anything() {
                     }
                     if let Some(reader) = map.downcast_ref::<Attenuation>() {
                         drop(AttenuationMap::<f32>::read(reader));
+                    }
+                    if let Some(reader) = map.downcast_ref::<Views>() {
+                        drop(ViewsTracer::read(reader));
                     }
                     if let Some(reader) = map.downcast_ref::<Prefiltered>() {
                         drop(PrefilteredMap::<f32>::read(reader));
@@ -257,6 +261,22 @@ fn what_breaks_a_rule_is_named() {
     signed(&attenuation, "not negative", |f| {
         f.replace("\"depth_tolerance\":1.0", "\"depth_tolerance\":-10");
     });
+    let views = file::<f32>(Views::NAME, Packing::Plain);
+    for bad in [f32::NAN, f32::INFINITY, -1.0] {
+        signed(&views, "must be finite and not negative", |f| {
+            f.put(f.payload(0), bad.to_le_bytes());
+        });
+    }
+    signed(&views, "not see as many surfaces", |f| {
+        let fewer = count(f) as u64 - 1;
+        f.put(f.tile_entry(0) + 24, fewer.to_le_bytes());
+    });
+    signed(&views, "not the range", |f| f.put(f.tile_entry(0) + 32, 0.5_f32.to_le_bytes()));
+    signed(&views, "one level a view", |f| {
+        f.replace("[[-0.25,0.0,0.0],[0.5,0.0,0.0]]", "[[-0.25,0.0,0.0]              ]");
+    });
+    signed(&views, "metadata", |f| f.replace("\"eyes\"", "\"eyez\""));
+    signed(&views, "gap bias", |f| f.replace("\"gap\":4.0", "\"gap\":-40"));
 }
 
 #[test]

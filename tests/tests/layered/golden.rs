@@ -11,7 +11,7 @@ use mtsm::detail::{DepthLayers, Layer, LayeredPixels, LayeredPixelsBuilder, Laye
 use shadow_maps::detail::{
     Accumulate, Attenuation, AttenuationKeys, Epsilon, Filtering, Fragment, FragmentColumns,
     FragmentKeys, FragmentLists, FragmentTile, Fragments, MediaColumns, MediaKeys, MergedDepth,
-    Prefiltered, PrefilteredKeys, PrefilteredTile,
+    Prefiltered, PrefilteredKeys, PrefilteredTile, ViewTile, Views, ViewsKeys,
 };
 
 /// Of level 0, in tiles of 8 × 8: the second row of tiles is one pixel high.
@@ -304,6 +304,32 @@ impl Golden for Attenuation {
     }
 }
 
+impl Golden for Views {
+    type Kind = Self;
+    const NAME: &'static str = <Self as MapKind>::NAME;
+
+    fn keys() -> KeysOf<Self> {
+        ViewsKeys { eyes: vec![[-0.5, 0.25, 0.0], [0.5, 0.25, 0.125]], gap: 3.0 }
+    }
+
+    /// The second view.
+    fn levels() -> Vec<Level> {
+        vec![Level { view: 1, ..Level::new(SIZE[0], SIZE[1], 8, 0.0) }]
+    }
+
+    fn tile<T: Transmittance>(level: u32, rect: TileRect) -> ViewTile {
+        let w = places(rect).map(|[x, y]| match (x + 2 * y + level) % 5 {
+            0 => 0.0,
+            step => 1.0 / (2.0 + step as f32 + y as f32 / 16.0),
+        });
+        ViewTile::new([rect.width, rect.height], w.collect()).unwrap()
+    }
+
+    fn assert_same<T: Transmittance>(found: &ViewTile, expected: &ViewTile, name: &str) {
+        assert_eq!(found, expected, "{name}");
+    }
+}
+
 /// A whole file: of these levels, or of level 0 alone.
 fn write<G: Golden, T: Transmittance>(packing: Packing, levels: &[Level]) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
@@ -369,6 +395,13 @@ fn multilayer_maps_of_version_1() {
 #[test]
 fn multilayer_depth_maps_of_version_1() {
     every_file::<Layers>();
+}
+
+#[test]
+fn maps_of_views_of_version_1() {
+    for (packing, of) in PACKINGS {
+        check::<Views, f32>(&format!("views_{of}_mono"), packing, &Views::levels());
+    }
 }
 
 #[test]

@@ -49,10 +49,12 @@ pub(crate) enum Method {
     Attenuation,
     /// The same, of four.
     AttenuationBilinear,
+    /// Several depth images traced.
+    Views,
 }
 
 impl Method {
-    pub(crate) const ALL: [Self; 13] = [
+    pub(crate) const ALL: [Self; 14] = [
         Self::Reference,
         Self::Deep,
         Self::Plain,
@@ -66,6 +68,7 @@ impl Method {
         Self::Prefiltered,
         Self::Attenuation,
         Self::AttenuationBilinear,
+        Self::Views,
     ];
 
     /// What it is tried on: with media where its map holds them.
@@ -75,7 +78,8 @@ impl Method {
             | Self::LayersFiltered
             | Self::Prefiltered
             | Self::Attenuation
-            | Self::AttenuationBilinear => solid(),
+            | Self::AttenuationBilinear
+            | Self::Views => solid(),
             _ => misty(),
         }
     }
@@ -109,6 +113,7 @@ impl Method {
             Self::MtsmFiltered => ("mtsm", PcfMethod::new(RAYS).into()),
             Self::MtsmLookup => ("mtsm", filter.into()),
             Self::Prefiltered => ("prefiltered", PrefilterMethod::new().into()),
+            Self::Views => ("views", trace.into()),
             Self::Attenuation => ("attenuation", AttenuationMethod::new().into()),
             Self::AttenuationBilinear => {
                 ("attenuation", AttenuationMethod::new().with_bilinear(true).into())
