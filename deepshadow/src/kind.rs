@@ -125,6 +125,13 @@ impl Kind {
         matches!(self.0, KindId::Fragments)
     }
 
+    /// True of kinds that are made of a map or a deep image, too
+    /// ([`ShadowMap::prefilter`](crate::ShadowMap::prefilter)).
+    #[must_use]
+    pub const fn is_made_of_maps(self) -> bool {
+        matches!(self.0, KindId::Prefiltered)
+    }
+
     /// The width and height in pixels of a map that is baked where none are told; `None`
     /// where that follows the scene ([`Self::resolution_for`]).
     #[must_use]
@@ -139,8 +146,7 @@ impl Kind {
     }
 
     /// The width and height in pixels that suit a map of a scene: 512; of kind prefiltered
-    /// 1024; of fragments 1024,
-    /// as receivers lie next to what they show, unless a pixel where the scene is nearest
+    /// 1024; of fragments 1024, as receivers lie next to what they show, unless a pixel where the scene is nearest
     /// to the light would be narrower than two of its finest strands: parts of a strand
     /// would shade each other. O(points of strands).
     ///

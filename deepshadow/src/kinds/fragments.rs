@@ -6,7 +6,7 @@ use dsm_core::{Transmittance, ViewRaster};
 use dsm_io::WriteOptions;
 use dsm_io::detail::{CachedMap, Container, ErasedMap};
 use shadow_maps::detail::{
-    FragmentBuilder, FragmentTracer, Fragments as FragmentsKind, bake_fragments,
+    CollectedHits, FragmentBuilder, FragmentTracer, Fragments as FragmentsKind, bake_fragments,
 };
 
 use super::layered::{self, BakeFromBehind};
@@ -125,10 +125,19 @@ impl OpenMap for CachedFile<FragmentsKind> {
 
     fn texel_hits(&self) -> Option<Result<TexelHits>> {
         Some(match self {
-            Self::Mono(map) => texel_hits::of_fragments(map.reader()).map(TexelHits::Mono),
-            Self::Rgb(map) => texel_hits::of_fragments(map.reader()).map(TexelHits::Rgb),
+            Self::Mono(map) => surfaces(map).map(TexelHits::Mono),
+            Self::Rgb(map) => surfaces(map).map(TexelHits::Rgb),
         })
     }
+}
+
+/// The surfaces of a map, if it holds nothing else.
+fn surfaces<T: Transmittance>(map: &CachedMap<T, FragmentsKind>) -> Result<CollectedHits<T>> {
+    if map.reader().keys().media.is_some() {
+        let reason = "it has media, which are no surfaces: take a deep map of the scene";
+        return Err(Error::query(map.reader(), reason));
+    }
+    texel_hits::of_fragments(map.reader())
 }
 
 fn shadow<T: Transmittance>(

@@ -206,10 +206,13 @@ impl TryFrom<BakeFlags> for Bake {
 
     fn try_from(flags: BakeFlags) -> Result<Self, String> {
         if values::is_map_or_exr(&flags.scene) {
-            if flags.kind != Kind::PREFILTERED {
-                return Err("a .dsm or .exr is baked to --kind prefiltered alone: `convert` \
-                            makes other maps of it"
-                    .to_owned());
+            if !flags.kind.is_made_of_maps() {
+                let kinds = Kind::ALL.iter().filter(|kind| kind.is_made_of_maps());
+                let kinds: Vec<_> = kinds.map(|kind| kind.name()).collect();
+                return Err(format!(
+                    "a .dsm or .exr is baked to --kind {} alone: `convert` makes other maps of it",
+                    kinds.join(" or ")
+                ));
             }
             if flags.resolution.is_some() {
                 return Err("--resolution: a map has that of the map it is made of".to_owned());

@@ -122,6 +122,11 @@ fn maps_are_made_of_maps_and_images() {
     run!("bake", scene, "-o", runs, "--kind", "mtsm", "--resolution", "16").stdout();
     let refused = run!("bake", runs, "-o", made, kind, name);
     assert!(refused.refusal().contains("does not tell what a pixel's middle shows"));
+    let misty = folder.path("misty.dsm");
+    run!("bake", "builtin:smoke", "-o", misty, "--kind", "fragments", "--resolution", "16")
+        .stdout();
+    let refused = run!("bake", misty, "-o", made, kind, name);
+    assert!(refused.refusal().contains("it has media"));
     run!("bake", deep, "-o", made, "--kind", "layers").is_wrong_usage("prefiltered alone");
     run!("bake", deep, "-o", made, kind, name, size, pixels).is_wrong_usage("--resolution");
 }
