@@ -72,7 +72,7 @@ impl MapKind for Views {
     fn decode<T: Transmittance>(stored: StoredTile<'_>, _: &ViewsKeys) -> Result<ViewTile> {
         let (size, pixels) = (stored.size(), stored.pixel_count());
         let mut columns: ColumnReader<'_> = stored.columns()?;
-        let tile = ViewTile { size, w: columns.take_floats(pixels as u64)? };
+        let tile = ViewTile { size, w: columns.take_floats(pixels)? };
         if !tile.w.iter().all(|w| (0.0..f32::INFINITY).contains(w)) {
             return Err(columns.refuse("1 / depth must be finite and not negative"));
         }
