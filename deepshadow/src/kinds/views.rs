@@ -14,7 +14,7 @@ use super::shadow_kind::{ShadowKind, refuse};
 use crate::bake::Job;
 use crate::bake::occluders::AnyHitSource;
 use crate::bake::report::BakeReport;
-use crate::bake::settings::Bake;
+use crate::bake::settings::{Bake, Channels};
 use crate::error::{Error, Result};
 use crate::file::open_options::OpenOptions;
 use crate::file::{CachedFile, OpenMap};
@@ -40,6 +40,9 @@ impl ShadowKind for Views {
         }
         if settings.views == Some(0) {
             return Err(Error::Unsupported("there must be one view or more".to_owned()));
+        }
+        if settings.channels == Channels::Rgb {
+            return Err(Error::Unsupported("a map of kind views has one channel".to_owned()));
         }
         check_surfaces(settings)
     }
@@ -80,6 +83,7 @@ fn bake<'a, T: Transmittance>(
     let before = light.centre() - view.basis().z_axis;
     let points = view_points(&light, before, asked.views.unwrap_or(VIEWS));
     let count = points.len() as u32;
+    builder.check_count(count.into())?;
     let rows = u64::from(asked.resolution[1].div_ceil(16));
     for (number, eye) in (0..).zip(points) {
         let view = view.at_eye(eye);

@@ -8,7 +8,7 @@ use dsm_core::{
     AreaLight, Error as CoreError, HitSource, MapInfo, PixelSampling, ShadowCamera, TileHits,
     TileSamples, Transmittance,
 };
-use dsm_io::detail::{BakeReport, EncodedTile, KindWriter, Level, Result, TileId};
+use dsm_io::detail::{BakeReport, EncodedTile, KindWriter, Level, MapKind, Result, TileId};
 use dsm_io::{AchievedError, Metadata, WriteOptions};
 use dsm_trace::detail::LightFrame;
 use glam::DVec3;
@@ -17,8 +17,8 @@ use rayon::prelude::*;
 use super::depth_view::DepthView;
 use super::keys::ViewsKeys;
 use super::store::Views;
+use super::tracer::ViewsTracer;
 use super::view_tile::ViewTile;
-use dsm_io::detail::MapKind;
 
 /// Pixels along the side of what is asked for at once.
 const TILE: u32 = 16;
@@ -77,24 +77,35 @@ impl ViewsBuilder {
         &self.frame
     }
 
+    /// Whether so many views of this size are too many to be traced.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::TooLarge`](CoreError::TooLarge) past [`ViewsKeys::MAX_VIEWS`] or
+    /// [`ViewsTracer::MAX_PIXELS`].
+    pub fn check_count(&self, count: u64) -> CoreResult<()> {
+        let limit = ViewsKeys::MAX_VIEWS as u64;
+        if count > limit {
+            return Err(CoreError::TooLarge { what: "views", count, limit });
+        }
+        ViewsTracer::check_pixels(self.frame.size(), count)
+    }
+
     /// Adds a view from `eye`, a point of the world: `source` shows it, through `camera`,
     /// which stands there and looks the same way as the map's. `watch` is told of rows of
     /// 16 pixels and may break it off. In parallel.
     ///
     /// # Errors
     ///
-    /// Those of the source; [`Error::Setting`](CoreError::Setting) if it shows media;
-    /// [`Error::TooLarge`](CoreError::TooLarge) past [`ViewsKeys::MAX_VIEWS`].
+    /// Those of the source and of [`Self::check_count`];
+    /// [`Error::Setting`](CoreError::Setting) if it shows media.
     pub fn add_view<T: Transmittance, S: HitSource<T>>(
         &mut self,
         source: &S,
         (eye, camera): (DVec3, &ShadowCamera),
         mut watch: impl FnMut() -> ControlFlow<()>,
     ) -> std::result::Result<ControlFlow<()>, S::Error> {
-        let (count, limit) = (self.views.len() as u64 + 1, ViewsKeys::MAX_VIEWS as u64);
-        if count > limit {
-            return Err(CoreError::TooLarge { what: "views", count, limit }.into());
-        }
+        self.check_count(self.views.len() as u64 + 1)?;
         let [width, height] = self.frame.size();
         let mut w = vec![0.0_f32; width as usize * height as usize];
         for (row, rows) in (0..).zip(w.chunks_mut((TILE * width) as usize)) {
@@ -162,6 +173,20 @@ impl ViewsBuilder {
             }
         }
         Ok((w, met.len() as u64))
+    }
+
+    /// The tracer of all views so far. Copies them. O(pixels · log side).
+    ///
+    /// # Errors
+    ///
+    /// As [`DepthView::new`] and [`ViewsTracer::new`].
+    pub fn tracer(&self) -> CoreResult<ViewsTracer> {
+        let views = self.eyes.iter().zip(&self.views);
+        let view = |(&eye, w): (&[f64; 3], &Vec<f32>)| {
+            DepthView::new(self.frame.moved(DVec3::from(eye)), w.clone(), self.gap)
+        };
+        let views = views.map(view).collect::<CoreResult<_>>()?;
+        Ok(ViewsTracer::new(views)?.with_frame(self.frame))
     }
 
     /// Writes all views into a file that replaces `output`, if there is one, in tiles as

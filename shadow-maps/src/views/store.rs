@@ -105,13 +105,17 @@ impl ViewsTracer {
     ///
     /// # Errors
     ///
-    /// [`Error::Limit`] for a map that is too large, [`Error::Core`] for a camera that is
-    /// no perspective one, or what is wrong with a tile.
+    /// [`Error::Limit`] for a map that is too large, [`Error::Core`] for more than
+    /// [`Self::MAX_PIXELS`] or a camera that is no perspective one, or what is wrong with a
+    /// tile.
     pub fn read(reader: &KindReader<Views>) -> Result<Self> {
         let metadata = reader.metadata();
         let camera = metadata.info.camera.unwrap_or_default();
         let frame = LightFrame::new(&camera, [metadata.width, metadata.height], 0.0);
         let frame = reader.container().in_file(frame.map_err(Error::from))?;
+        let size = [metadata.width, metadata.height];
+        let eyes = reader.keys().eyes.len() as u64;
+        reader.container().in_file(Self::check_pixels(size, eyes).map_err(Error::from))?;
         let mut views = Vec::new();
         for (level, &eye) in (0..).zip(&reader.keys().eyes) {
             reader.check_in_memory(level)?;

@@ -15,7 +15,7 @@ pub(super) struct Walk<'a> {
     /// The nearer column and row of each four.
     near: [u32; 2],
     /// Where the ray passes behind what the view sees, in w.
-    pub(super) behind: Vec<Interval>,
+    pub(super) behind: &'a mut Vec<Interval>,
     /// Pixels and nodes that were looked at.
     pub(super) steps: u64,
 }
@@ -27,8 +27,14 @@ const ON: Outcome = ControlFlow::Continue(());
 const BLOCKED: Outcome = ControlFlow::Break(());
 
 impl<'a> Walk<'a> {
-    pub(super) const fn new(view: &'a DepthView, options: TraceOptions) -> Self {
-        Self { view, options, near: [0; 2], behind: Vec::new(), steps: 0 }
+    /// A walk that writes into `behind`, which it empties.
+    pub(super) fn new(
+        view: &'a DepthView,
+        options: TraceOptions,
+        behind: &'a mut Vec<Interval>,
+    ) -> Self {
+        behind.clear();
+        Self { view, options, near: [0; 2], behind, steps: 0 }
     }
 
     /// Walks a ray that lies within the raster.
@@ -55,7 +61,7 @@ impl<'a> Walk<'a> {
             return ON;
         }
         if leave < low {
-            interval::push(&mut self.behind, [enter, leave]);
+            interval::push(self.behind, [enter, leave]);
             return ON;
         }
         if level == 0 {
@@ -70,7 +76,7 @@ impl<'a> Walk<'a> {
         }
         let mut cut = *ray;
         if self.options.clipping {
-            interval::push(&mut self.behind, [enter, low.min(leave)]);
+            interval::push(self.behind, [enter, low.min(leave)]);
             // By depth alone, so that walls on the border of the node stay, and with what is
             // as near as the nearest.
             cut = ray.between([low, high.next_up()]);
@@ -91,7 +97,7 @@ impl<'a> Walk<'a> {
         }
         let is_behind = own >= leave;
         if is_behind {
-            interval::push(&mut self.behind, [enter, leave]);
+            interval::push(self.behind, [enter, leave]);
         }
         let Some(next) = self.next(ray, pixel, leave) else { return ON };
         let other = f64::from(self.view.at(next));

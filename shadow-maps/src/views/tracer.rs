@@ -63,7 +63,20 @@ pub struct RayFate {
     pub steps: u64,
 }
 
+/// What is kept from ray to ray, so that none makes room anew.
+#[derive(Debug, Default)]
+struct Scratch {
+    rays: Vec<InView>,
+    /// What no view has seen yet, as shares of the ray, before and after one.
+    unseen: [Vec<Interval>; 2],
+    /// Where the ray passes behind something, in w.
+    behind: Vec<Interval>,
+    /// The same with what lies outside.
+    hidden: Vec<Interval>,
+}
+
 /// A ray in one view.
+#[derive(Debug)]
 struct InView {
     view: usize,
     ray: ShadowRay,
@@ -71,6 +84,8 @@ struct InView {
     inside: Option<Interval>,
     /// Depths of the receiver and of the light.
     ends: [f64; 2],
+    /// The length in pixels within the raster.
+    length: f64,
 }
 
 impl InView {
@@ -83,18 +98,35 @@ impl InView {
     fn w(&self, share: f64) -> f64 {
         (self.ends[0] + share * (self.ends[1] - self.ends[0])).max(0.0).recip()
     }
+}
 
-    /// The length in pixels within the raster.
-    fn length(&self) -> f64 {
-        let Some([from, to]) = self.inside else { return 0.0 };
-        // Points of the light in the camera's plane are infinitely far away.
-        let [a, b] = [from, to].map(|w| self.ray.at(w));
-        let length = (a[0] - b[0]).hypot(a[1] - b[1]);
-        if length.is_finite() { length } else { f64::INFINITY }
-    }
+/// How long a ray is within the raster, in pixels.
+fn length(ray: &ShadowRay, inside: Option<Interval>) -> f64 {
+    let Some([from, to]) = inside else { return 0.0 };
+    // Points of the light in the camera's plane are infinitely far away.
+    let [a, b] = [from, to].map(|w| ray.at(w));
+    let length = (a[0] - b[0]).hypot(a[1] - b[1]);
+    if length.is_finite() { length } else { f64::INFINITY }
 }
 
 impl ViewsTracer {
+    /// The most pixels of all views together: some 5 GB of them and their quadtrees.
+    pub const MAX_PIXELS: u64 = 1 << 28;
+
+    /// Whether `count` views of `size` pixels are no more than that.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::TooLarge`].
+    pub(super) fn check_pixels(size: [u32; 2], count: u64) -> Result<()> {
+        let pixels = size.into_iter().map(u64::from).fold(count, u64::saturating_mul);
+        let limit = Self::MAX_PIXELS;
+        if pixels > limit {
+            return Err(Error::TooLarge { what: "pixels of all views", count: pixels, limit });
+        }
+        Ok(())
+    }
+
     /// A tracer of these views, with all accelerations and 64 rays a point.
     ///
     /// # Errors
@@ -156,26 +188,31 @@ impl ViewsTracer {
     /// Traces the ray from a receiver to a point of the light.
     #[must_use]
     pub fn trace(&self, receiver: DVec3, light: DVec3) -> RayFate {
+        self.trace_with(receiver, light, &mut Scratch::default())
+    }
+
+    fn trace_with(&self, receiver: DVec3, light: DVec3, scratch: &mut Scratch) -> RayFate {
         let mut fate = RayFate::default();
-        let mut rays: Vec<InView> =
-            (0..self.views.len()).filter_map(|view| self.in_view(view, receiver, light)).collect();
+        let Scratch { rays, unseen: [unseen, left], behind, hidden } = scratch;
+        rays.clear();
+        let views = 0..self.views.len();
+        rays.extend(views.filter_map(|view| self.in_view(view, receiver, light)));
         if self.options.ranking {
-            rays.sort_by(|a, b| a.length().total_cmp(&b.length()));
+            rays.sort_by(|a, b| a.length.total_cmp(&b.length));
         }
         // Nearer to the light no view shows anything, though rasters end there.
         let end = rays.iter().map(|ray| self.end(ray)).fold(0.0, f64::max);
         let whole = [[0.0, end]];
-        // What no view has seen yet, as shares of the ray.
-        let mut unseen = whole.to_vec();
-        for ray in &rays {
+        unseen.clear();
+        unseen.extend(whole);
+        for ray in rays.iter() {
             let parts = if self.options.intervals { &unseen[..] } else { &whole[..] };
             fate.views += 1;
-            let mut left = Vec::new();
-            let mut walk = Walk::new(&self.views[ray.view], self.options);
+            left.clear();
             for &part in parts {
-                walk.behind.clear();
-                let blocked = trace_part(ray, part, &mut walk, &mut left);
-                fate.steps += std::mem::take(&mut walk.steps);
+                let mut walk = Walk::new(&self.views[ray.view], self.options, behind);
+                let blocked = trace_part(ray, part, &mut walk, (hidden, left));
+                fate.steps += walk.steps;
                 if blocked {
                     fate.blocked = true;
                     return fate;
@@ -184,7 +221,7 @@ impl ViewsTracer {
             if self.options.clear_miss && left.is_empty() {
                 return fate;
             }
-            unseen = left;
+            std::mem::swap(unseen, left);
         }
         fate
     }
@@ -202,12 +239,18 @@ impl ViewsTracer {
         let start = self.start.unwrap_or(START * frame.footprint(ends[0]));
         let ray = frame.ray(receiver, light, start)?;
         let inside = ray.crossing([0; 2], frame.size());
-        Some(InView { view, ray, inside, ends })
+        let length = if self.options.ranking { length(&ray, inside) } else { 0.0 };
+        Some(InView { view, ray, inside, ends, length })
     }
 }
 
 /// Traces a part of a ray; adds to `left` what the view does not see of it.
-fn trace_part(ray: &InView, part: Interval, walk: &mut Walk<'_>, left: &mut Vec<Interval>) -> bool {
+fn trace_part(
+    ray: &InView,
+    part: Interval,
+    walk: &mut Walk<'_>,
+    (hidden, left): (&mut Vec<Interval>, &mut Vec<Interval>),
+) -> bool {
     let Some(inside) = ray.inside else {
         interval::push(left, part);
         return false;
@@ -219,11 +262,11 @@ fn trace_part(ray: &InView, part: Interval, walk: &mut Walk<'_>, left: &mut Vec<
     }
     // What comes before the start is not the ray's, what lies outside is unknown.
     let [start, end] = ray.ray.range();
-    let mut unseen = Vec::new();
-    interval::push(&mut unseen, [from.max(start), to.min(inside[0])]);
-    walk.behind.iter().for_each(|&behind| interval::push(&mut unseen, behind));
-    interval::push(&mut unseen, [from.max(inside[1]), to.min(end)]);
-    for [from, to] in unseen {
+    hidden.clear();
+    interval::push(hidden, [from.max(start), to.min(inside[0])]);
+    walk.behind.iter().for_each(|&behind| interval::push(hidden, behind));
+    interval::push(hidden, [from.max(inside[1]), to.min(end)]);
+    for &[from, to] in hidden.iter() {
         interval::push(left, [ray.share(from).max(part[0]), ray.share(to).min(part[1])]);
     }
     false
@@ -234,9 +277,10 @@ impl LightVisibility for ViewsTracer {
     type Error = Infallible;
 
     fn visibility(&self, receiver: DVec3, light: &AreaLight, seed: u64) -> Result<f32, Infallible> {
-        let mut mean = LightMean::<f32>::new();
+        let (mut mean, mut scratch) = (LightMean::<f32>::new(), Scratch::default());
         for point in light.samples(receiver, self.rays, seed) {
-            mean.add(if self.trace(receiver, point).blocked { 0.0 } else { 1.0 });
+            let fate = self.trace_with(receiver, point, &mut scratch);
+            mean.add(if fate.blocked { 0.0 } else { 1.0 });
         }
         Ok(mean.of(self.rays))
     }
