@@ -12,6 +12,7 @@ mod oracle;
 #[cfg(test)]
 mod properties;
 pub(crate) mod shadow;
+mod side;
 pub(crate) mod source;
 pub(crate) mod store;
 mod view;

@@ -242,6 +242,21 @@ proptest! {
 }
 
 #[test]
+fn a_leaf_is_dark_on_the_side_that_is_turned_from_the_light() {
+    let stage = Stage { floor: 6.0, tilt: 0.0, card: Some((3.0, 0.8)) };
+    let points = light(0.25).samples(DVec3::NEG_Z, 16, 1);
+    let (shadow, _) = stage.shadow([64, 64], points);
+    let at = DVec3::new(0.1, -0.2, -3.0);
+    for shadow in [shadow.clone(), shadow.with_bilinear(true)] {
+        assert_eq!(ask(&shadow, on(at, DVec3::Z)), 1.0);
+        assert_eq!(ask(&shadow, on(at, DVec3::NEG_Z)), 0.0);
+        // Edge on, some of it: no more than lies above.
+        let edge = ask(&shadow, on(at, at.cross(DVec3::Y)));
+        assert!((0.4..0.6).contains(&edge), "{edge}");
+    }
+}
+
+#[test]
 fn penumbrae_are_the_lights_share() {
     for (half, seed) in [(0.2, 3), (0.35, 1), (0.6, 2)] {
         // The edge of a card: the light's share is nearly linear.

@@ -5,6 +5,7 @@ use dsm_core::{AreaLight, Error, Facing, LightVisibility, ShadedPoint, Transmitt
 use dsm_trace::detail::LightFrame;
 use glam::DVec3;
 
+use super::side::share_above;
 use super::source::{AttenuationSource, TexelLists};
 use crate::prefilter::lists::FragmentList;
 
@@ -20,9 +21,11 @@ const STEEP: f64 = 4.0;
 /// A point has the attenuation of the nearest layer of its texel that lies within a depth
 /// bias, and 0 where there is none: nothing of the light was seen there. So receivers are
 /// what the map was made of; a point in the air is dark. Of points on surfaces the tangent
-/// plane tells how deep layers ought to be in the middle of a texel. Receivers beside the
-/// light, outside the map or at NaN are lit. What a caller says of the light is not asked:
-/// the shadows are those of the light that the map was made from.
+/// plane tells how deep layers ought to be in the middle of a texel, and no more of the light
+/// reaches them than lies above it: a leaf that is seen from behind is dark, though the map
+/// cannot tell its sides apart. Receivers beside the light, outside the map or at NaN are lit.
+/// Of the light that a caller names only that side is asked: the shadows are those of the
+/// light that the map was made from.
 #[derive(Clone, Debug)]
 pub struct AttenuationShadow<M> {
     map: M,
@@ -114,7 +117,23 @@ impl<M: AttenuationSource> AttenuationShadow<M> {
     }
 
     /// The shadow factor of one point.
-    fn factor(&self, lists: &M::Lists, point: &ShadedPoint) -> Result<M::Value, M::Error> {
+    fn factor(
+        &self,
+        lists: &M::Lists,
+        point: &ShadedPoint,
+        light: &AreaLight,
+    ) -> Result<M::Value, M::Error> {
+        let Facing::Surface(normal) = point.facing else { return self.looked_up(lists, point) };
+        let share = share_above(light, point.position, normal);
+        if share <= 0.0 {
+            return Ok(M::Value::BLOCKED);
+        }
+        let found = self.looked_up(lists, point)?;
+        Ok(M::Value::from_channels(|c| found.channel(c).min(share as f32)))
+    }
+
+    /// What the map says of a point.
+    fn looked_up(&self, lists: &M::Lists, point: &ShadedPoint) -> Result<M::Value, M::Error> {
         let Some(place) = self.place(point) else { return Ok(M::Value::CLEAR) };
         let side = self.map.frame().footprint(1.0);
         if !self.bilinear {
@@ -193,18 +212,18 @@ impl<M: AttenuationSource> LightVisibility for AttenuationShadow<M> {
 
     fn visibility(&self, receiver: DVec3, _: &AreaLight, seed: u64) -> Result<M::Value, M::Error> {
         let point = ShadedPoint { position: receiver, facing: Facing::Light, seed };
-        self.map.with_lists(|lists| self.factor(lists, &point))
+        self.map.with_lists(|lists| self.looked_up(lists, &point))
     }
 
     fn visibilities(
         &self,
         points: &[ShadedPoint],
-        _: &AreaLight,
+        light: &AreaLight,
         values: &mut Vec<M::Value>,
     ) -> Result<(), M::Error> {
         self.map.with_lists(|lists| {
             for point in points {
-                values.push(self.factor(lists, point)?);
+                values.push(self.factor(lists, point, light)?);
             }
             Ok(())
         })

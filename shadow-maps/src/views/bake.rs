@@ -134,7 +134,8 @@ impl ViewsBuilder {
             }
         }
         let offset = self.frame.basis().transpose() * (eye - self.frame.light_centre());
-        self.eyes.push(offset.to_array());
+        // No sign of 0, which headers would keep.
+        self.eyes.push(offset.to_array().map(|at| at + 0.0));
         self.views.push(w);
         Ok(ControlFlow::Continue(()))
     }

@@ -4,6 +4,7 @@
 pub(crate) mod bake;
 mod connected;
 pub(crate) mod depth_view;
+mod in_view;
 mod interval;
 pub(crate) mod keys;
 pub(crate) mod options;

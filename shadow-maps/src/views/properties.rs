@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use dsm_core::{Projection, View};
+use dsm_core::{AreaLight, Facing, LightVisibility, Projection, ShadedPoint, View};
 use dsm_testkit::config;
 use dsm_trace::ShadowRay;
 use dsm_trace::detail::{LightFrame, walk_every_pixel};
@@ -180,6 +180,25 @@ fn rays_are_blocked_by_what_any_view_sees() {
     for receiver in [DVec3::Z, DVec3::splat(f64::NAN), DVec3::ZERO] {
         assert!(!tracer.trace(receiver, DVec3::ZERO).blocked);
     }
+}
+
+#[test]
+fn surfaces_are_dark_on_the_side_that_is_turned_from_the_light() {
+    let tracer = ViewsTracer::new(vec![stage(DVec3::ZERO)]).unwrap().with_rays(64);
+    let light = AreaLight::rectangle(DVec3::ZERO, DVec3::X * 0.25, DVec3::Y * 0.25);
+    let ask = |facing| {
+        let position = DVec3::new(3.0, 0.3, -7.9);
+        let mut values = Vec::new();
+        let point = ShadedPoint { position, facing, seed: 1 };
+        let Ok(()) = tracer.visibilities(&[point], &light, &mut values);
+        values[0]
+    };
+    assert_eq!(ask(Facing::Light), 1.0);
+    assert_eq!(ask(Facing::Surface(DVec3::Z)), 1.0);
+    assert_eq!(ask(Facing::Surface(DVec3::NEG_Z)), 0.0);
+    // Edge on: half of the light is above.
+    let across = DVec3::new(3.0, 0.3, -7.9).cross(DVec3::Y).normalize();
+    assert!((ask(Facing::Surface(across)) - 0.5).abs() < 0.05);
 }
 
 #[test]

@@ -3,13 +3,13 @@
 use std::convert::Infallible;
 
 use dsm_core::detail::Result;
-use dsm_core::{AreaLight, Error, LightVisibility};
-use dsm_trace::ShadowRay;
+use dsm_core::{AreaLight, Error, Facing, LightVisibility, ShadedPoint};
 use dsm_trace::detail::{LightFrame, LightMean};
 use glam::DVec3;
 
 use super::depth_view::DepthView;
-use super::interval::{self, Interval};
+use super::in_view::{InView, length, trace_part};
+use super::interval::Interval;
 use super::options::TraceOptions;
 use super::trace::Walk;
 
@@ -22,7 +22,9 @@ const ROUNDING: f64 = 1.0 / (1 << 30) as f64;
 /// A tracer of depth images (Agrawala et al. 2000, §5.1): a ray is blocked if it is in any
 /// of them, of which each is asked for what those before it do not see.
 ///
-/// Surfaces are opaque. What no view sees is lit, and so are receivers beside the light.
+/// Surfaces are opaque. What no view sees is lit, and so are receivers beside the light. Rays
+/// start off their receivers, so that of a surface that is told the rays to its other side are
+/// not traced, but blocked.
 ///
 /// ```
 /// use dsm_core::{AreaLight, LightVisibility, Projection, View};
@@ -73,40 +75,6 @@ struct Scratch {
     behind: Vec<Interval>,
     /// The same with what lies outside.
     hidden: Vec<Interval>,
-}
-
-/// A ray in one view.
-#[derive(Debug)]
-struct InView {
-    view: usize,
-    ray: ShadowRay,
-    /// The part within the raster, in w.
-    inside: Option<Interval>,
-    /// Depths of the receiver and of the light.
-    ends: [f64; 2],
-    /// The length in pixels within the raster.
-    length: f64,
-}
-
-impl InView {
-    /// How far along the ray from the receiver to the light w is, from 0 to 1.
-    fn share(&self, w: f64) -> f64 {
-        ((self.ends[0] - w.recip()) / (self.ends[0] - self.ends[1])).clamp(0.0, 1.0)
-    }
-
-    /// The inverse of [`Self::share`].
-    fn w(&self, share: f64) -> f64 {
-        (self.ends[0] + share * (self.ends[1] - self.ends[0])).max(0.0).recip()
-    }
-}
-
-/// How long a ray is within the raster, in pixels.
-fn length(ray: &ShadowRay, inside: Option<Interval>) -> f64 {
-    let Some([from, to]) = inside else { return 0.0 };
-    // Points of the light in the camera's plane are infinitely far away.
-    let [a, b] = [from, to].map(|w| ray.at(w));
-    let length = (a[0] - b[0]).hypot(a[1] - b[1]);
-    if length.is_finite() { length } else { f64::INFINITY }
 }
 
 impl ViewsTracer {
@@ -244,32 +212,21 @@ impl ViewsTracer {
     }
 }
 
-/// Traces a part of a ray; adds to `left` what the view does not see of it.
-fn trace_part(
-    ray: &InView,
-    part: Interval,
-    walk: &mut Walk<'_>,
-    (hidden, left): (&mut Vec<Interval>, &mut Vec<Interval>),
-) -> bool {
-    let Some(inside) = ray.inside else {
-        interval::push(left, part);
-        return false;
-    };
-    let [from, to] = part.map(|share| ray.w(share));
-    let range = [from.max(inside[0]), to.min(inside[1])];
-    if range[0] < range[1] && walk.run(&ray.ray.between(range)).is_break() {
-        return true;
+impl ViewsTracer {
+    /// The shadow factor of a point, of whose light no more counts than lies above its
+    /// surface.
+    fn factor(&self, point: &ShadedPoint, light: &AreaLight, scratch: &mut Scratch) -> f32 {
+        let mut mean = LightMean::<f32>::new();
+        for sample in light.samples(point.position, self.rays, point.seed) {
+            let is_below = match point.facing {
+                Facing::Surface(normal) => (sample - point.position).dot(normal) <= 0.0,
+                _ => false,
+            };
+            let is_dark = is_below || self.trace_with(point.position, sample, scratch).blocked;
+            mean.add(if is_dark { 0.0 } else { 1.0 });
+        }
+        mean.of(self.rays)
     }
-    // What comes before the start is not the ray's, what lies outside is unknown.
-    let [start, end] = ray.ray.range();
-    hidden.clear();
-    interval::push(hidden, [from.max(start), to.min(inside[0])]);
-    walk.behind.iter().for_each(|&behind| interval::push(hidden, behind));
-    interval::push(hidden, [from.max(inside[1]), to.min(end)]);
-    for &[from, to] in hidden.iter() {
-        interval::push(left, [ray.share(from).max(part[0]), ray.share(to).min(part[1])]);
-    }
-    false
 }
 
 impl LightVisibility for ViewsTracer {
@@ -277,11 +234,18 @@ impl LightVisibility for ViewsTracer {
     type Error = Infallible;
 
     fn visibility(&self, receiver: DVec3, light: &AreaLight, seed: u64) -> Result<f32, Infallible> {
-        let (mut mean, mut scratch) = (LightMean::<f32>::new(), Scratch::default());
-        for point in light.samples(receiver, self.rays, seed) {
-            let fate = self.trace_with(receiver, point, &mut scratch);
-            mean.add(if fate.blocked { 0.0 } else { 1.0 });
-        }
-        Ok(mean.of(self.rays))
+        let point = ShadedPoint { position: receiver, facing: Facing::Light, seed };
+        Ok(self.factor(&point, light, &mut Scratch::default()))
+    }
+
+    fn visibilities(
+        &self,
+        points: &[ShadedPoint],
+        light: &AreaLight,
+        values: &mut Vec<f32>,
+    ) -> Result<(), Infallible> {
+        let mut scratch = Scratch::default();
+        values.extend(points.iter().map(|point| self.factor(point, light, &mut scratch)));
+        Ok(())
     }
 }
