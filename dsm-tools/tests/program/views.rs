@@ -31,7 +31,8 @@ fn maps_of_views_are_baked_shown_and_traced() {
         let off = [at[0].abs() - 0.5, at[1].abs() - 0.25, at[2]];
         assert!(off.iter().all(|off| off.abs() < 1e-9), "{eyes:?}");
     }
-    assert!(told["contents"]["surfaces"].as_u64().unwrap() > 60_000, "{told}");
+    // Of the first view.
+    assert!(told["contents"]["surfaces"].as_u64().unwrap() > 10_000, "{told}");
     // The pane, 3 units from the light.
     let told = run!("inspect", map, "--json", "--pixel", "64,64").json();
     let depth = told["surfaces"][0][0].as_f64().unwrap();

@@ -1,6 +1,8 @@
 //! The page of attenuation maps and of traced views.
 
 use std::fmt::Write as _;
+use std::io::Write as _;
+use std::time::Instant;
 
 use anyhow::Result;
 
@@ -65,6 +67,10 @@ impl Effort {
 ///
 /// What a scene is not.
 pub fn page(effort: &Effort, compared: &[Compared]) -> Result<Page> {
+    let start = Instant::now();
+    let tell = |what: &str| {
+        writeln!(std::io::stderr(), "{what}: {:.0} s in", start.elapsed().as_secs_f64())
+    };
     let (mut precomputation, mut accelerated) = (String::new(), String::new());
     let (mut curves, mut times, mut causes) = (Vec::new(), Vec::new(), String::new());
     for (name, scene) in scenes()? {
@@ -79,6 +85,7 @@ pub fn page(effort: &Effort, compared: &[Compared]) -> Result<Page> {
             stage.points.len(),
             found.table()
         )?;
+        tell(&format!("{name}, maps"))?;
         curves.push((found.scene, found.complexities()));
         times.push((found.scene, found.seconds()));
         let few = reference(&stage, sparse)?;
@@ -87,8 +94,10 @@ pub fn page(effort: &Effort, compared: &[Compared]) -> Result<Page> {
         let light = stage.scene.light.area()?;
         let table = accelerations::compare(&views, &points, &light, effort.rays, &few.values);
         writeln!(accelerated, "### {name}\n\n{table}")?;
+        tell(&format!("{name}, views"))?;
         if name == "foliage" {
             causes = cause::compare(&stage, effort.map, (&traced, every))?;
+            tell("causes")?;
         }
     }
     let plot = svg(&[
@@ -108,6 +117,7 @@ pub fn page(effort: &Effort, compared: &[Compared]) -> Result<Page> {
         )?;
         let each = peers::each_acceleration(&compared.peer, of, 16)?;
         writeln!(others, "Four views, of every 16th point:\n\n{each}")?;
+        tell(&compared.peer.name)?;
     }
     let text = format!(
         include_str!("page.md"),

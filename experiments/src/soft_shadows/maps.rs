@@ -90,7 +90,7 @@ enum Kind {
         pixel: f64,
     },
     Fragments(Arc<FragmentMap<f32>>),
-    Views(ViewsTracer),
+    Views(Box<ViewsTracer>),
 }
 
 impl Map {
@@ -150,7 +150,9 @@ impl Map {
                 let tracer = FragmentTracer::new(Arc::clone(map))?.for_light(light);
                 return Ok(use_shadow(&tracer.with_rays(rays)));
             }
-            Kind::Views(tracer) => return Ok(use_shadow(&tracer.clone().with_rays(rays))),
+            Kind::Views(tracer) => {
+                return Ok(use_shadow(&ViewsTracer::clone(tracer).with_rays(rays)));
+            }
             Kind::Layers { map, pixel } => (map, *pixel),
         };
         if self.method == Method::Filter {
@@ -176,7 +178,7 @@ impl Kind {
             let area = light.area()?;
             let mut points = view_points(&area, light.view.target, 4);
             points.push(area.centre());
-            return Ok(Self::Views(views(scene, raster, points)?));
+            return Ok(Self::Views(views(scene, raster, points)?.into()));
         }
         let half = raster.half_size();
         // So that the map shows what any point of the light sees (eq. 4).

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use dsm_core::detail::{LightShape, Result as CoreResult};
+use dsm_core::detail::Result as CoreResult;
 use dsm_core::{
     AreaLight, Error as CoreError, HitSource, MapInfo, PixelSampling, ShadowCamera, TileHits,
     TileSamples, Transmittance,
@@ -39,15 +39,15 @@ pub struct ViewsBuilder {
 }
 
 /// The points of a light that see for it: its middle; two opposite corners; the corners; of
-/// another square number a grid that reaches them; of any other points spread over it. Of a
-/// disk, or the disk that `towards` sees of a sphere, corners are where the light's square
+/// another square number a grid that reaches them; of any other points spread over it; of a
+/// light without size its middle, whatever `count`. Of a disk, or the disk that `towards` sees of a sphere, corners are where the light's square
 /// is mapped to.
 #[must_use]
 pub fn view_points(light: &AreaLight, towards: DVec3, count: u32) -> Vec<DVec3> {
     let at = |u: f64, v: f64| light.at(towards, u, v);
     let side = count.isqrt();
     match count {
-        _ if light.shape() == LightShape::Point => vec![light.centre()],
+        _ if light.half_axes() == [DVec3::ZERO; 2] => vec![light.centre()],
         0 | 1 => vec![light.centre()],
         2 => vec![at(0.0, 0.0), at(1.0, 1.0)],
         _ if side * side == count => {

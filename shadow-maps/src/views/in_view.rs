@@ -30,13 +30,12 @@ impl InView {
     }
 }
 
-/// How long a ray is within the raster, in pixels.
-pub(super) fn length(ray: &ShadowRay, inside: Option<Interval>) -> f64 {
+/// How long a ray is within the raster, in pixels, up to the depth 1 / `nearest`: nearer to
+/// the light the view shows nothing.
+pub(super) fn length(ray: &ShadowRay, inside: Option<Interval>, nearest: f64) -> f64 {
     let Some([from, to]) = inside else { return 0.0 };
-    // Points of the light in the camera's plane are infinitely far away.
-    let [a, b] = [from, to].map(|w| ray.at(w));
-    let length = (a[0] - b[0]).hypot(a[1] - b[1]);
-    if length.is_finite() { length } else { f64::INFINITY }
+    let [a, b] = [from, to.min(nearest).max(from)].map(|w| ray.at(w));
+    (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
 /// Traces a part of a ray; adds to `left` what the view does not see of it.

@@ -194,10 +194,14 @@ impl ViewsTracer {
         fate
     }
 
+    /// The greatest w that a view shows.
+    fn nearest(&self, view: usize) -> Option<f64> {
+        self.views[view].ranges.range().map(|[_, high]| f64::from(high))
+    }
+
     /// How far along a ray a view shows anything.
     fn end(&self, ray: &InView) -> f64 {
-        let range = self.views[ray.view].ranges.range();
-        range.map_or(0.0, |[_, high]| ray.share(f64::from(high) * (1.0 + ROUNDING)))
+        self.nearest(ray.view).map_or(0.0, |w| ray.share(w * (1.0 + ROUNDING)))
     }
 
     /// A ray in a view; `None` where it sees none of it.
@@ -207,7 +211,11 @@ impl ViewsTracer {
         let start = self.start.unwrap_or(START * frame.footprint(ends[0]));
         let ray = frame.ray(receiver, light, start)?;
         let inside = ray.crossing([0; 2], frame.size());
-        let length = if self.options.ranking { length(&ray, inside) } else { 0.0 };
+        let length = if self.options.ranking {
+            length(&ray, inside, self.nearest(view).unwrap_or(0.0))
+        } else {
+            0.0
+        };
         Some(InView { view, ray, inside, ends, length })
     }
 }
