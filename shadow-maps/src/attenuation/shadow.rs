@@ -110,8 +110,11 @@ impl<M: AttenuationSource> AttenuationShadow<M> {
             }
             _ => None,
         };
-        let bias = self.bias.unwrap_or(BIAS * frame.footprint(depth));
         let gradient = gradient.unwrap_or_default();
+        // Across a slope the same distance is a greater one in depth.
+        let slope = gradient[0].hypot(gradient[1]) / (frame.footprint(1.0) * place.z);
+        let lean = 1.0_f64.hypot(slope).min(STEEP);
+        let bias = self.bias.unwrap_or(BIAS * lean * frame.footprint(depth));
         let at = [place.x, place.y];
         is_inside.then_some(Place { at, w: place.z, gradient, depth, bias })
     }
