@@ -69,6 +69,14 @@ impl Bake {
             let reason = "ε, levels and accumulation are for maps of kind prefiltered";
             return Err(Error::Unsupported(reason.to_owned()));
         }
+        if self.light_samples.is_some() && !kind.has_light_samples() {
+            let reason = "--light-samples is for maps of kind attenuation";
+            return Err(Error::Unsupported(reason.to_owned()));
+        }
+        if self.views.is_some() && !kind.has_views() {
+            let reason = "--views is for maps of kind views";
+            return Err(Error::Unsupported(reason.to_owned()));
+        }
         kind.check(self)
     }
 }

@@ -21,11 +21,13 @@ pub struct Kind(KindId);
 /// The kinds, one for each implementation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum KindId {
+    Attenuation,
     Deep,
     Fragments,
     Layers,
     Mtsm,
     Prefiltered,
+    Views,
 }
 
 impl Kind {
@@ -48,9 +50,24 @@ impl Kind {
     /// shadows are looked up (Selgrad et al. 2014).
     pub const PREFILTERED: Self = Self(KindId::Prefiltered);
 
+    /// Layered attenuation maps: the places that any point of a light sees, each with the
+    /// share of the light that it sees (Agrawala et al. 2000, §4).
+    pub const ATTENUATION: Self = Self(KindId::Attenuation);
+
+    /// Depth images from several points of a light, which shadow rays are traced through
+    /// (Agrawala et al. 2000, §5.1).
+    pub const VIEWS: Self = Self(KindId::Views);
+
     /// All kinds.
-    pub const ALL: &[Self] =
-        &[Self::DEEP, Self::FRAGMENTS, Self::LAYERS, Self::MTSM, Self::PREFILTERED];
+    pub const ALL: &[Self] = &[
+        Self::DEEP,
+        Self::FRAGMENTS,
+        Self::LAYERS,
+        Self::MTSM,
+        Self::PREFILTERED,
+        Self::ATTENUATION,
+        Self::VIEWS,
+    ];
 
     /// The kind of this name, if there is one.
     #[must_use]
@@ -62,11 +79,13 @@ impl Kind {
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self.0 {
+            KindId::Attenuation => "attenuation",
             KindId::Deep => "deep",
             KindId::Fragments => "fragments",
             KindId::Layers => "layers",
             KindId::Mtsm => "mtsm",
             KindId::Prefiltered => "prefiltered",
+            KindId::Views => "views",
         }
     }
 
@@ -74,6 +93,10 @@ impl Kind {
     #[must_use]
     pub const fn about(self) -> &'static str {
         match self.0 {
+            KindId::Attenuation => {
+                "Layered attenuation maps: what each place sees of the light, for soft shadows by \
+                 one lookup"
+            }
             KindId::Deep => "Deep shadow maps: a visibility function a pixel",
             KindId::Fragments => "Maps of fragments: planes with coverage masks, and media",
             KindId::Layers => "Multilayer depth maps: the first hits of every pixel's centre",
@@ -84,6 +107,7 @@ impl Kind {
                 "Prefiltered maps: fragments in levels of wider and wider filters, for soft \
                  shadows by lookup"
             }
+            KindId::Views => "Depth images from several points of the light, traced",
         }
     }
 
@@ -113,7 +137,9 @@ impl Kind {
     #[must_use]
     pub const fn resolution(self) -> Option<[u32; 2]> {
         match self.0 {
-            KindId::Deep | KindId::Layers | KindId::Mtsm => Some([512; 2]),
+            KindId::Attenuation | KindId::Deep | KindId::Layers | KindId::Mtsm | KindId::Views => {
+                Some([512; 2])
+            }
             KindId::Prefiltered => Some([1024; 2]),
             KindId::Fragments => None,
         }
@@ -148,11 +174,14 @@ impl Kind {
 
     /// The kind that comes closest to rays through a scene, for a map that is
     /// queried by `method`: fragments, unless rules for layers were set. Lookups of
-    /// prefiltered maps need such.
+    /// prefiltered and of attenuation maps need such.
     #[must_use]
     pub fn for_area_lights(method: &Method) -> Self {
         if let Method::Prefilter(_) | Method::Hybrid(_) = method {
             return Self::PREFILTERED;
+        }
+        if let Method::Attenuation(_) = method {
+            return Self::ATTENUATION;
         }
         let has_rules = matches!(method, Method::Trace(trace) if trace.has_layer_rules());
         let no_planes = has_rules || matches!(method, Method::Pcf(_));

@@ -34,6 +34,7 @@ pub use error::Error;
 pub use file::open_options::OpenOptions;
 pub use kind::Kind;
 pub use mtsm::detail::LeafRule;
+pub use query::attenuation_method::AttenuationMethod;
 pub use query::settings::Query;
 pub use query::trace_method::{FarTable, TraceMethod};
 pub use query::{filter_method::FilterMethod, hybrid_method::HybridMethod, method::Method};

@@ -5,11 +5,22 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use deepshadow::detail::{MapView, Result};
 use deepshadow::glam::DVec3;
 use deepshadow::visibility::{AreaLight, LightVisibility, Rgb, ShadedPoint};
-use deepshadow::{Error, Shadow, ShadowMap};
+use deepshadow::{Error, Kind, Shadow, ShadowMap};
 
-/// True if a map holds nothing, so that all is lit.
+/// True if a map holds nothing, in none of its levels.
 pub(crate) fn is_empty(map: &ShadowMap) -> Result<bool> {
-    Ok(map.container().directory(0)?.iter().all(|(_, tile)| tile.is_empty()))
+    for level in 0..map.container().levels().len() as u32 {
+        if !map.container().directory(level)?.iter().all(|(_, tile)| tile.is_empty()) {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// What a map of a kind that holds nothing is, as warnings say it: one of occluders casts no
+/// shadow, one of lit places has none.
+pub(crate) fn empty_is(kind: &str) -> &'static str {
+    if kind == Kind::ATTENUATION.name() { "dark everywhere" } else { "lit everywhere" }
 }
 
 /// True if a map shows a part of an image plane: parts are often empty.

@@ -120,6 +120,16 @@ impl LightFrame {
         distance(0).max(distance(1))
     }
 
+    /// The frame of a camera that stands elsewhere and looks the same way: `offset` is along
+    /// this one's right, up and backward axes, in scene units. The light's centre keeps its
+    /// depth.
+    #[must_use]
+    pub fn moved(&self, offset: DVec3) -> Self {
+        let to_camera = DAffine3::from_translation(-offset) * self.to_camera;
+        let to_world = self.to_world * DAffine3::from_translation(offset);
+        Self { to_camera, to_world, ..*self }
+    }
+
     /// Width and height of the map in pixels.
     #[must_use]
     pub const fn size(&self) -> [u32; 2] {

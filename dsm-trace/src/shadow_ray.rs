@@ -100,6 +100,13 @@ impl ShadowRay {
         (enter < leave).then_some([enter, leave])
     }
 
+    /// The part of the ray with w in a range, half-open.
+    #[inline]
+    #[must_use]
+    pub const fn between(&self, [start, end]: [f64; 2]) -> Self {
+        Self { start: self.start.max(start), end: self.end.min(end), ..*self }
+    }
+
     /// The part of the ray within a raster of `size` pixels and the depths
     /// 1/`range` of a map, both ends included (Xie et al. 2007, §4.3).
     #[must_use]

@@ -32,7 +32,11 @@ fn traced_layers_are_closer_than_filtered_ones_and_do_not_grow_with_the_light() 
 
     // Times of a busy machine prove nothing: only that there are some.
     let table = Table2::measure(&mut study).unwrap();
-    assert!(table.rows.iter().all(|row| row.seconds.len() == 5 && row.geometry > 0.0));
+    assert!(table.rows.iter().all(|row| row.seconds.len() == 6 && row.geometry > 0.0));
+    // Several views are closer than filters, but for strands, which they hold as opaque or as none.
+    for row in table.rows.iter().filter(|row| row.scene == "foliage") {
+        assert!(row.differences[5] < row.differences[0], "{row:?}");
+    }
     let costs = Table3::measure(&mut study).unwrap();
     for row in &costs.rows {
         let layers: Vec<_> = row.maps.iter().map(|map| map.layers).collect();

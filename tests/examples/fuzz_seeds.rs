@@ -30,7 +30,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     for file in fs::read_dir(root.join("data/dsm-1/golden"))? {
         let path = file?.path();
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let kinds = ["mtsm", "layers", "fragments_", "fragments-with-media", "prefiltered"];
+        let kinds = [
+            "mtsm",
+            "layers",
+            "fragments_",
+            "fragments-with-media",
+            "prefiltered",
+            "attenuation",
+            "views",
+        ];
         let kind = kinds.iter().position(|kind| name.starts_with(kind));
         if let Some(kind) = kind {
             let mut seed = tile(&Forge(fs::read(&path)?));

@@ -60,6 +60,21 @@ impl Job<'_> {
         }
     }
 
+    /// Whether the map has a channel for each colour.
+    pub(crate) const fn is_coloured(&self) -> bool {
+        self.coloured
+    }
+
+    /// What is seen of the occluders, with one channel.
+    pub(crate) fn mono(&self, view: &ViewRaster) -> Result<AnyHitSource<'_, f32>> {
+        self.occluders.mono(view)
+    }
+
+    /// What is seen of the occluders, with three channels.
+    pub(crate) fn rgb(&self, view: &ViewRaster) -> Result<AnyHitSource<'_, Rgb>> {
+        self.occluders.rgb(view)
+    }
+
     /// The grids that vertices are rounded to, of codec `quantized`.
     pub(crate) fn quantization(&self) -> Result<Option<Quantization>> {
         if self.settings.codec != Codec::Quantized {

@@ -69,6 +69,11 @@ pub struct Bake {
     pub coverage: Option<u32>,
     /// How levels are made, of kind `prefiltered`.
     pub filtering: Option<PrefilterSettings>,
+    /// Points of the light that the map is made from, of kind `attenuation`. None: 64,
+    /// of a point one.
+    pub light_samples: Option<u32>,
+    /// Views, of kind `views`. None: 4, from the light's corners, of a point one.
+    pub views: Option<u32>,
     /// The channels of the map.
     pub channels: Channels,
     /// The encoding of tiles.
@@ -112,6 +117,8 @@ impl Bake {
             resets: None,
             coverage: None,
             filtering: None,
+            light_samples: None,
+            views: None,
             channels: Channels::Auto,
             codec: Codec::Exact,
             depth_error: None,
@@ -171,6 +178,18 @@ impl Bake {
     #[must_use]
     pub fn with_filtering(self, filtering: PrefilterSettings) -> Self {
         Self { filtering: Some(filtering), ..self }
+    }
+
+    /// Sets the number of points of the light, of kind `attenuation`.
+    #[must_use]
+    pub fn with_light_samples(self, samples: u32) -> Self {
+        Self { light_samples: Some(samples), ..self }
+    }
+
+    /// Sets the number of views, of kind `views`.
+    #[must_use]
+    pub fn with_views(self, views: u32) -> Self {
+        Self { views: Some(views), ..self }
     }
 
     /// Sets the mip levels.

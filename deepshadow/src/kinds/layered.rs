@@ -190,6 +190,10 @@ where
             Ok(Shadow::new(Box::new(AreaShadow(filter)), light, query.seed))
         }
         Method::Filter(method) => filtered_shadow(map, method, query),
+        Method::Attenuation(_) => {
+            let reason = "it holds occluders, no shadows: a map of kind attenuation has those";
+            Err(Error::query(reader, reason))
+        }
         Method::Prefilter(_) | Method::Hybrid(_) => Err(Error::query(
             reader,
             "it has no levels of wider filters: a map \

@@ -21,6 +21,16 @@ pub(crate) trait ShadowKind: Send + Sync {
         false
     }
 
+    /// Whether it is made from several points of its light.
+    fn has_light_samples(&self) -> bool {
+        false
+    }
+
+    /// Whether it is views from several points of its light.
+    fn has_views(&self) -> bool {
+        false
+    }
+
     /// Bakes a map into a file.
     fn bake(&self, job: &Job<'_>, output: &Path) -> Result<BakeReport>;
 

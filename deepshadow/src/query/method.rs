@@ -1,5 +1,6 @@
 //! The methods that compute shadows.
 
+use super::attenuation_method::AttenuationMethod;
 use super::filter_method::FilterMethod;
 use super::hybrid_method::HybridMethod;
 use super::pcf_method::PcfMethod;
@@ -29,6 +30,8 @@ pub enum Method {
     Prefilter(PrefilterMethod),
     /// Short rays near the point, lookups beyond.
     Hybrid(HybridMethod),
+    /// Lookups in the layers of an attenuation map (Agrawala et al. 2000, §4).
+    Attenuation(AttenuationMethod),
 }
 
 impl Method {
@@ -41,6 +44,7 @@ impl Method {
             Self::Pcf(_) => "pcf",
             Self::Prefilter(_) => "prefilter",
             Self::Hybrid(_) => "hybrid",
+            Self::Attenuation(_) => "attenuation",
         }
     }
 }
@@ -72,5 +76,11 @@ impl From<PrefilterMethod> for Method {
 impl From<HybridMethod> for Method {
     fn from(method: HybridMethod) -> Self {
         Self::Hybrid(method)
+    }
+}
+
+impl From<AttenuationMethod> for Method {
+    fn from(method: AttenuationMethod) -> Self {
+        Self::Attenuation(method)
     }
 }

@@ -1,5 +1,6 @@
 //! Queries: methods, filters and lights.
 
+pub(crate) mod attenuation_method;
 pub(crate) mod filter_method;
 pub(crate) mod hybrid_method;
 pub(crate) mod method;

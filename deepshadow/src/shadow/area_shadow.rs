@@ -6,7 +6,10 @@ use dsm_core::{AreaLight, Facing, LightVisibility, OcclusionTracer, ShadedPoint,
 use dsm_trace::detail::{LightFrame, TraceStatistics};
 use glam::DVec3;
 use mtsm::detail::{MultilayerTracer, SoftPercentageCloser, TracedMap};
-use shadow_maps::detail::{CachedPrefiltered, FragmentTracer, HybridShadow, PrefilteredShadow};
+use shadow_maps::detail::{
+    AttenuationShadow, CachedAttenuation, CachedPrefiltered, FragmentTracer, HybridShadow,
+    PrefilteredShadow, ViewsTracer,
+};
 
 use super::any_visibility::AnyVisibility;
 use super::statistics::ShadowStatistics;
@@ -76,6 +79,26 @@ where
     T: Transmittance,
     N: OcclusionTracer<Value = T, Error = Infallible> + Send,
 {
+    fn frame(&self) -> &LightFrame {
+        self.frame()
+    }
+
+    fn rays(&self) -> Option<TraceStatistics> {
+        None
+    }
+}
+
+impl<T: Transmittance> AreaTracer for AttenuationShadow<CachedAttenuation<T>> {
+    fn frame(&self) -> &LightFrame {
+        self.frame()
+    }
+
+    fn rays(&self) -> Option<TraceStatistics> {
+        None
+    }
+}
+
+impl AreaTracer for ViewsTracer {
     fn frame(&self) -> &LightFrame {
         self.frame()
     }

@@ -81,6 +81,12 @@ impl ViewRaster {
         Self { eye: self.eye + self.basis.z_axis * distance, ..*self }
     }
 
+    /// This view from another place: it looks the same way, and is as wide.
+    #[must_use]
+    pub fn at_eye(&self, eye: DVec3) -> Self {
+        Self { eye, ..*self }
+    }
+
     /// The ray through raster point (`x`, `y`) at `time` of the shutter. Its
     /// parameter is the depth along the view axis.
     #[must_use]

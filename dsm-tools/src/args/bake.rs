@@ -77,6 +77,16 @@ pub(crate) struct BakeFlags {
     resets: Option<u32>,
     #[command(flatten)]
     prefilter: PrefilterFlags,
+    /// Points of the light that the map is made from, of kind attenuation [default: 64;
+    /// of a point light 1]
+    #[arg(long, value_name = "N")]
+    #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(1..=1 << 16))]
+    light_samples: Option<u32>,
+    /// Views from points of the light, of kind views: 4 are its corners, 9 and 16 grids that
+    /// reach them [default: 4; of a point light 1]
+    #[arg(long, value_name = "K")]
+    #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(1..=1024))]
+    views: Option<u32>,
     /// One channel, or three for colours; auto: three if the scene has colours
     #[arg(long, value_enum, default_value = "auto")]
     channels: ChannelsName,
@@ -105,7 +115,7 @@ pub(crate) struct BakeFlags {
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = values::crop)]
     #[arg(conflicts_with = "mip")]
     crop: Option<[u32; 4]>,
-    /// Seed of the samples' places, with the pixel
+    /// Seed of the samples' places, with the pixel; of kind attenuation of the light's points
     #[arg(long, value_name = "N", default_value = "0")]
     seed: u64,
     #[command(flatten)]
@@ -238,6 +248,8 @@ impl TryFrom<BakeFlags> for Bake {
         settings.resets = flags.resets;
         settings.coverage = flags.coverage;
         settings.filtering = flags.prefilter.settings();
+        settings.light_samples = flags.light_samples;
+        settings.views = flags.views;
         settings.channels = match flags.channels {
             ChannelsName::Auto => Channels::Auto,
             ChannelsName::Mono => Channels::Mono,

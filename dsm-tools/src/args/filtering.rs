@@ -23,7 +23,7 @@ pub(super) fn bias(text: &str) -> Result<Bias, String> {
 }
 
 /// The filters that there are, and none.
-#[derive(Clone, Copy, Debug, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum FilterName {
     Point,
     Box,
@@ -52,6 +52,18 @@ pub(super) fn footprint(filter: FilterName, width: Option<f32>) -> Result<Footpr
             let filter = Filter::new(shape, width).map_err(|error| error.to_string())?;
             Ok(Footprint::Isotropic(filter))
         }
+    }
+}
+
+/// Whether four pixels of an attenuation map are interpolated: by the narrowest tent.
+pub(super) fn is_bilinear(filter: FilterName, width: Option<f32>) -> Result<bool, String> {
+    let narrowest = FilterShape::Tent.minimum_width();
+    match (filter, width) {
+        (FilterName::Point, None) => Ok(false),
+        (FilterName::Tent, None) => Ok(true),
+        (FilterName::Tent, Some(width)) if width == narrowest => Ok(true),
+        _ => Err("--filter of --method attenuation is point, or tent for four pixels, of width 2"
+            .to_owned()),
     }
 }
 

@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, ValueEnum};
 use deepshadow::visibility::{Bias, Footprint, LevelChoice};
-use deepshadow::{FilterMethod, HybridMethod, Method, PcfMethod, PrefilterMethod, TraceMethod};
+use deepshadow::{
+    AttenuationMethod, FilterMethod, HybridMethod, Method, PcfMethod, PrefilterMethod, TraceMethod,
+};
 
 use super::far_table::FarTableName;
 use super::filtering::{self, FilterName};
@@ -40,9 +42,10 @@ pub(crate) struct LookupFlags {
     /// The method: filtering (of a map of kind mtsm the first
     /// runs, of kind layers all); shadow rays from the point to the light through a layered map;
     /// percentage closer filtering over the light's outline in a layered
-    /// map; lookups in the levels of a prefiltered one; or short rays through --near and such
-    /// lookups beyond [default: filter, of layered maps
-    /// trace, of prefiltered ones prefilter]
+    /// map; lookups in the levels of a prefiltered one; short rays through --near and such
+    /// lookups beyond; or lookups of what a place sees of the light in an attenuation map [default:
+    /// filter, of layered maps trace, of prefiltered ones prefilter, of attenuation ones
+    /// attenuation]
     #[arg(long, value_enum)]
     method: Option<MethodName>,
     /// The map of kind fragments that short rays go through (hybrid)
@@ -72,7 +75,7 @@ pub(crate) struct LookupFlags {
     #[arg(long, value_name = "N", default_value = "0")]
     seed: u64,
     /// The filter: point reads the pixel that contains the point, the others
-    /// average all pixels that they reach around it
+    /// average all pixels that they reach around it (filter; attenuation: tent interpolates four)
     #[arg(long, value_enum, default_value_t = FilterName::Point)]
     filter: FilterName,
     /// Full width of the filter in pixels of level 0; the minimum is 1, of a
@@ -85,8 +88,9 @@ pub(crate) struct LookupFlags {
     #[arg(long, value_name = "L|auto", default_value = "0", allow_negative_numbers = true)]
     #[arg(value_parser = filtering::level)]
     level: LevelChoice,
-    /// Depth bias in scene units (filter, pcf, prefilter) [default: 0; prefilter: 1.2 pixel
-    /// sides at the point's depth]; or ray offset, the
+    /// Depth bias in scene units (filter, pcf, prefilter), or how far a layer may lie from the
+    /// point (attenuation) [default: 0; prefilter: 1.2 pixel sides at the point's depth;
+    /// attenuation: 2 of them]; or ray offset, the
     /// distance from the point at which rays begin (trace) [default: a pixel's
     /// side at the point's depth; of fragments an eighth of it]
     #[arg(long, value_name = "B", allow_negative_numbers = true)]
@@ -112,6 +116,7 @@ pub(crate) enum MethodName {
     Pcf,
     Prefilter,
     Hybrid,
+    Attenuation,
 }
 
 /// The space of the coordinates of points.
@@ -136,6 +141,10 @@ pub(crate) struct Lookup {
     pcf: PcfMethod,
     prefilter: PrefilterMethod,
     hybrid: HybridMethod,
+    attenuation: AttenuationMethod,
+    /// Whether four pixels are interpolated, if the filter is one for that.
+    bilinear: Result<bool, String>,
+    has_level: bool,
     /// The map that short rays go through.
     pub(crate) near: Option<PathBuf>,
     /// Switches that were given, of rays and of filters.
@@ -176,6 +185,11 @@ impl TryFrom<LookupFlags> for Lookup {
             trace: far_table.map_or(trace, |table| trace.with_far_table(table.into())),
             pcf: PcfMethod::new(rays.unwrap_or(RAYS)).with_bias(bias.unwrap_or(0.0).into()),
             prefilter,
+            attenuation: bias.map_or(AttenuationMethod::new(), |bias| {
+                AttenuationMethod::new().with_bias(bias.into())
+            }),
+            bilinear: filtering::is_bilinear(filter, width),
+            has_level: level != LevelChoice::FINEST,
             hybrid: HybridMethod::new(rays.unwrap_or(SHORT_RAYS)).with_lookup(prefilter),
             near: flags.near,
             has_rays: rays.is_some(),
@@ -209,6 +223,7 @@ impl Lookup {
             Method::Pcf(_) => MethodName::Pcf,
             Method::Prefilter(_) => MethodName::Prefilter,
             Method::Hybrid(_) => MethodName::Hybrid,
+            Method::Attenuation(_) => MethodName::Attenuation,
             _ => MethodName::Trace,
         }))
     }
@@ -217,7 +232,8 @@ impl Lookup {
         if (self.has_rays || self.has_light_size) && method == MethodName::Filter {
             return Err("--rays and --light-size are for --method trace and pcf".to_owned());
         }
-        if self.has_rays && method == MethodName::Prefilter {
+        let is_lookup = [MethodName::Prefilter, MethodName::Attenuation].contains(&method);
+        if self.has_rays && is_lookup {
             return Err("--rays is for --method trace and pcf: lookups have none".to_owned());
         }
         if self.near.is_some() != (method == MethodName::Hybrid) {
@@ -234,8 +250,12 @@ impl Lookup {
         if self.has_far_table && method != MethodName::Trace {
             return Err(FarTableName::NOT_TRACED.to_owned());
         }
-        if self.has_filter && method != MethodName::Filter {
+        let is_attenuation = method == MethodName::Attenuation;
+        if self.has_filter && method != MethodName::Filter && !is_attenuation {
             return Err("--filter and --level are for --method filter".to_owned());
+        }
+        if self.has_level && is_attenuation {
+            return Err("--level is for --method filter".to_owned());
         }
         if self.has_start_before_point && method == MethodName::Trace {
             return Err("--bias: a ray offset is not negative".to_owned());
@@ -246,6 +266,9 @@ impl Lookup {
             MethodName::Pcf => self.pcf.into(),
             MethodName::Prefilter => self.prefilter.into(),
             MethodName::Hybrid => self.hybrid.into(),
+            MethodName::Attenuation => {
+                self.attenuation.with_bilinear(self.bilinear.clone()?).into()
+            }
         })
     }
 }

@@ -7,7 +7,8 @@ use clap::{Args, ValueEnum};
 use deepshadow::scene::detail::{GridChoice, SceneOptions};
 use deepshadow::visibility::{Bias, LevelChoice};
 use deepshadow::{
-    FilterMethod, HybridMethod, Method as MapMethod, PcfMethod, PrefilterMethod, TraceMethod,
+    AttenuationMethod, FilterMethod, HybridMethod, Method as MapMethod, PcfMethod, PrefilterMethod,
+    TraceMethod,
 };
 
 use super::far_table::FarTableName;
@@ -42,16 +43,19 @@ pub(crate) struct RenderFlags {
     #[arg(value_parser = values::image_file([ImageFormat::Png, ImageFormat::Exr]))]
     output: ImageFile,
     /// The map of the light (.dsm): a deep one (filter), a layered one (trace,
-    /// pcf), a prefiltered one (prefilter, hybrid) [default: one that is baked first, as large as `bake` makes it: a deep one
+    /// pcf), a prefiltered one (prefilter, hybrid), an attenuation one (attenuation)
+    /// [default: one that is baked first, as large as `bake` makes it: a deep one
     /// of 16 samples and within 0.01; for trace one of kind fragments, or
-    /// with a --rule of kind mtsm; for prefilter and hybrid one of kind prefiltered]
+    /// with a --rule of kind mtsm; for prefilter and hybrid one of kind prefiltered, for
+    /// attenuation of kind attenuation]
     #[arg(long, value_name = "MAP.dsm", value_parser = values::dsm_file())]
     map: Option<PathBuf>,
     /// The source of shadows: filtered lookups in the deep map; shadow rays
     /// through a layered map; percentage closer filtering of a
     /// plain shadow map or, with --map, over the light's outline in a layered
     /// one; lookups in the levels of a prefiltered map; short rays through the scene
-    /// and such lookups beyond; or rays through the scene
+    /// and such lookups beyond; lookups of what each place sees of the light in an
+    /// attenuation map; or rays through the scene
     #[arg(long, value_enum, default_value = "filter")]
     method: MethodName,
     /// Shadow rays from every point to the light (trace; reference: 1 for a
@@ -83,7 +87,8 @@ pub(crate) struct RenderFlags {
     /// [default: as when the map was baked]
     #[arg(long, value_enum)]
     accumulate: Option<AccumulateName>,
-    /// The filter over the map's pixels around a point (filter)
+    /// The filter over the map's pixels around a point (filter; attenuation: tent
+    /// interpolates four, point takes one)
     #[arg(long, value_enum, default_value = "tent")]
     filter: FilterName,
     /// Full width of the filter in pixels of the map's level 0; the minimum is 1,
@@ -130,6 +135,7 @@ enum MethodName {
     Pcf,
     Prefilter,
     Hybrid,
+    Attenuation,
     Reference,
 }
 
@@ -225,6 +231,12 @@ impl TryFrom<RenderFlags> for Render {
                     _ => lookup.into(),
                 };
                 Method::Map { map, method }
+            }
+            MethodName::Attenuation => {
+                let method = AttenuationMethod::new();
+                let method = depth(bias).map_or(method, |bias| method.with_bias(bias));
+                let bilinear = filtering::is_bilinear(filter, width)?;
+                Method::Map { map, method: method.with_bilinear(bilinear).into() }
             }
             MethodName::Reference if map.is_some() => {
                 return Err("--map has no use for --method reference".to_owned());

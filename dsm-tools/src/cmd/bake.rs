@@ -14,6 +14,7 @@ use deepshadow::{BakeReport, ShadowMap, bake};
 use serde::Serialize;
 
 use crate::args::{Bake, is_exr};
+use crate::in_map::empty_is;
 use crate::output::limit;
 use crate::output::progress::Watch;
 use crate::output::stated::StatedReport;
@@ -117,7 +118,8 @@ pub(crate) fn doubts(
     let mut doubts = Vec::new();
     // Of a whole map: parts of one are often empty.
     if report.hits == 0 && settings.crop.is_none() {
-        doubts.push("no sample met anything: the map is lit everywhere".to_owned());
+        let is = empty_is(settings.kind.name());
+        doubts.push(format!("no sample met anything: the map is {is}"));
     }
     if settings.kind.is_layered() && scene.is_moving() && settings.samples.unwrap_or(1) == 1 {
         let kind = settings.kind.name();

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::args::{Lookup, Space};
-use crate::in_map::{InMap, is_empty, is_part};
+use crate::in_map::{InMap, empty_is, is_empty, is_part};
 use crate::output::warnings::Warnings;
 use crate::output::{light, progress};
 use crate::parallel::with_threads;
@@ -71,7 +71,7 @@ pub(crate) fn run(request: &Lookup) -> Result<()> {
         let (points, time) = answer_all(request, &shadow, &seen)?;
         let mut warnings = Warnings::new(request.strict).in_document(request.stats);
         if is_empty(&map)? && !is_part(&map) {
-            warnings.add("the map holds nothing: it is lit everywhere");
+            warnings.add(format!("the map holds nothing: it is {}", empty_is(map.kind())));
         }
         warnings.extend(seen.warning());
         if let Method::Filter(_) = method {

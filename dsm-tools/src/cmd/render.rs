@@ -19,7 +19,7 @@ use tempfile::TempDir;
 
 use super::bake::{bake_scene, doubts};
 use crate::args::{Method, Render};
-use crate::in_map::{InMap, Watched, is_empty, is_part};
+use crate::in_map::{InMap, Watched, empty_is, is_empty, is_part};
 use crate::output::progress::Watch;
 use crate::output::warnings::Warnings;
 use crate::output::{limit, picture, printable};
@@ -245,7 +245,7 @@ impl RenderJob<'_> {
             found.push(format!("{name} is no map of the scene's light: it is seen from elsewhere"));
         }
         if is_empty(map)? && !is_part(map) {
-            found.push(format!("{name} holds nothing: it is lit everywhere"));
+            found.push(format!("{name} holds nothing: it is {}", empty_is(map.kind())));
         }
         Ok(found)
     }

@@ -9,7 +9,7 @@ use deepshadow::files::{Error, Limits, MapSource};
 use serde::Serialize;
 
 use crate::args::Verify;
-use crate::in_map::{is_empty, is_part};
+use crate::in_map::{empty_is, is_empty, is_part};
 use crate::output::limit;
 use crate::output::progress::Watch;
 use crate::output::stated::StatedReport;
@@ -33,8 +33,9 @@ struct FileOutcome {
     stated: Vec<StatedReport>,
     /// What its bound of layers changed.
     notes: Vec<String>,
+    /// What it is if it holds nothing.
     #[serde(skip)]
-    is_empty: bool,
+    empty: Option<&'static str>,
 }
 
 pub(crate) fn run(request: &Verify) -> Result<()> {
@@ -42,8 +43,8 @@ pub(crate) fn run(request: &Verify) -> Result<()> {
         Ok(request.files.iter().map(|path| check(path, request)).collect())
     })?;
     let mut warnings = Warnings::new(request.strict);
-    for FileOutcome { path, .. } in files.iter().filter(|file| file.is_empty) {
-        warnings.add(format!("{path}: the map holds nothing: it is lit everywhere"));
+    for FileOutcome { path, empty, .. } in &files {
+        warnings.extend(empty.map(|is| format!("{path}: the map holds nothing: it is {is}")));
     }
     let outcome = Outcome { ok: files.iter().all(|file| file.ok), files, warnings };
     let printed = print(&outcome, request.json);
@@ -84,7 +85,7 @@ fn open_and_check(path: &Path, request: &Verify) -> deepshadow::detail::Result<F
     if found.errors.is_empty() {
         found.stated = map.stated_errors()?.into_iter().map(StatedReport::from).collect();
         found.notes.extend(limit::of_map(&map)?);
-        found.is_empty = is_empty(&map)? && !is_part(&map);
+        found.empty = (is_empty(&map)? && !is_part(&map)).then(|| empty_is(map.kind()));
     }
     Ok(found)
 }

@@ -182,7 +182,7 @@ fn what_cannot_be_baked_leaves_no_file() {
         assert_eq!(fs::read(&map).unwrap(), b"old");
     }
     for wrong in [
-        ["--kind", "views"],
+        ["--kind", "view"],
         ["--resolution", "0x"],
         ["--samples", "0"],
         ["--tolerance", "1"],

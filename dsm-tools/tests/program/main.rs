@@ -3,6 +3,7 @@
 
 #![cfg(test)]
 
+mod attenuation;
 mod bake;
 mod cases;
 mod convert;
@@ -14,6 +15,7 @@ mod lookup;
 mod maps;
 mod merge;
 mod mip;
+mod odd_lights;
 mod prefiltered;
 mod render;
 mod run;
@@ -24,5 +26,6 @@ mod thin_surfaces;
 mod usage;
 mod verify;
 mod version;
+mod views;
 mod warnings;
 mod written;

@@ -1,19 +1,24 @@
 //! The maps of a light, and the ways to make shadows of them.
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::Result;
-use dsm_scene::SceneRasterizer;
+use dsm_core::{AreaLight, ViewRaster};
+use dsm_scene::{Light, Scene, SceneRasterizer};
 use dsm_trace::detail::LightFrame;
+use glam::DVec3;
 use mtsm::detail::{
     FilteredLayers, LeafRule, MultilayerTracer, SoftPercentageCloser, TraceSettings,
 };
 use mtsm::{MultilayerBaker, MultilayerMap, MultilayerSettings};
 use rayon::ThreadPoolBuilder;
-use shadow_maps::detail::{FragmentBuilder, FragmentMap, FragmentTracer};
+use shadow_maps::detail::{
+    FragmentBuilder, FragmentMap, FragmentTracer, ViewsBuilder, ViewsTracer, view_points,
+};
 
-use super::stage::{Shadow, Stage};
+use super::stage::Shadow;
 use crate::figures::seconds;
 
 /// A way to make soft shadows.
@@ -31,12 +36,18 @@ pub enum Method {
     Ratio,
     /// Tracing planes with coverage masks.
     Fragments,
+    /// Tracing depth images from the light's corners and its centre.
+    Views,
 }
 
 impl Method {
-    /// All of them.
+    /// All that have a map from one place.
     pub const ALL: [Self; 5] =
         [Self::Filter, Self::Single, Self::Paper, Self::Ratio, Self::Fragments];
+
+    /// Those and several views.
+    pub const WITH_VIEWS: [Self; 6] =
+        [Self::Filter, Self::Single, Self::Paper, Self::Ratio, Self::Fragments, Self::Views];
 
     /// As tables name it.
     #[must_use]
@@ -47,6 +58,7 @@ impl Method {
             Self::Paper => "K = 5, subtract",
             Self::Ratio => "K = 32, ratio",
             Self::Fragments => "fragments",
+            Self::Views => "5 views",
         }
     }
 
@@ -78,20 +90,21 @@ enum Kind {
         pixel: f64,
     },
     Fragments(Arc<FragmentMap<f32>>),
+    Views(Box<ViewsTracer>),
 }
 
 impl Map {
-    /// Makes the map of a stage's light, `side` pixels wide. On one thread, so
+    /// Makes the map of a scene's light, `side` pixels wide. On one thread, so
     /// that its time is known.
     ///
     /// # Errors
     ///
     /// What the bakers say.
-    pub fn new(stage: &Stage, method: Method, radius: f64, side: u32) -> Result<Self> {
+    pub fn new(scene: &Scene, light: &Light, method: Method, side: u32) -> Result<Self> {
         ThreadPoolBuilder::new().num_threads(1).build()?.install(|| {
             let start = Instant::now();
             let before = seconds(start);
-            let kind = Kind::new(stage, method, radius, side)?;
+            let kind = Kind::new(scene, light, method, side)?;
             let seconds = seconds(start) - before;
             let layers = match &kind {
                 Kind::Layers { map, .. } => {
@@ -99,6 +112,10 @@ impl Map {
                     (0..pixels.pixel_count()).map(|pixel| pixels.falling_layers(pixel)).sum()
                 }
                 Kind::Fragments(map) => map.len(),
+                Kind::Views(tracer) => {
+                    let pixels = tracer.views().iter().flat_map(|view| view.w());
+                    pixels.filter(|&&w| w > 0.0).count()
+                }
             };
             Ok(Self { method, seconds, layers, kind })
         })
@@ -107,11 +124,11 @@ impl Map {
     /// What a lighter sets by looking at the picture, as tried: of PCF the bias
     /// in scene units (0: a pixel's side), of the paper's tracing the depth
     /// threshold in sides of a pixel.
-    pub(super) const fn knobs(&self) -> &'static [f64] {
+    pub(crate) const fn knobs(&self) -> &'static [f64] {
         match self.method {
             Method::Filter => &[0.0, 0.03, 0.1, 0.2, 0.4],
             Method::Single | Method::Paper => &[0.25, 1.0],
-            Method::Ratio | Method::Fragments => &[0.0],
+            Method::Ratio | Method::Fragments | Method::Views => &[0.0],
         }
     }
 
@@ -121,19 +138,20 @@ impl Map {
     /// # Errors
     ///
     /// What the tracers say.
-    pub(super) fn with_shadow<R>(
+    pub(crate) fn with_shadow<R>(
         &self,
-        (stage, radius): (&Stage, f64),
+        light: &AreaLight,
         rays: u32,
         knob: f64,
         use_shadow: impl FnOnce(&Shadow<'_>) -> R,
     ) -> Result<R> {
         let (map, pixel) = match &self.kind {
             Kind::Fragments(map) => {
-                let light = stage.light(radius).area()?;
-                let tracer =
-                    FragmentTracer::new(Arc::clone(map))?.for_light(&light).with_rays(rays);
-                return Ok(use_shadow(&tracer));
+                let tracer = FragmentTracer::new(Arc::clone(map))?.for_light(light);
+                return Ok(use_shadow(&tracer.with_rays(rays)));
+            }
+            Kind::Views(tracer) => {
+                return Ok(use_shadow(&ViewsTracer::clone(tracer).with_rays(rays)));
             }
             Kind::Layers { map, pixel } => (map, *pixel),
         };
@@ -153,15 +171,21 @@ impl Map {
 }
 
 impl Kind {
-    fn new(stage: &Stage, method: Method, radius: f64, side: u32) -> Result<Self> {
-        let light = stage.light(radius);
+    fn new(scene: &Scene, light: &Light, method: Method, side: u32) -> Result<Self> {
         let raster = light.raster([side; 2])?;
+        if method == Method::Views {
+            // As the other paper has it: the corners, and the centre.
+            let area = light.area()?;
+            let mut points = view_points(&area, light.view.target, 4);
+            points.push(area.centre());
+            return Ok(Self::Views(views(scene, raster, points)?.into()));
+        }
         let half = raster.half_size();
         // So that the map shows what any point of the light sees (eq. 4).
         let pushed = LightFrame::push_back(light.area()?.extent(), half.to_array());
         let back = if method == Method::Filter { 0.0 } else { f64::from(pushed as f32) };
         let raster = raster.moved_back(back);
-        let source = SceneRasterizer::<f32>::new(&stage.scene, raster)?;
+        let source = SceneRasterizer::<f32>::new(scene, raster)?;
         let camera = raster.shadow_camera();
         if method == Method::Fragments {
             let builder = FragmentBuilder::new(camera, [side; 2], back)?;
@@ -176,4 +200,25 @@ impl Kind {
         let pixel = 2.0 * depth * half.max_element() / f64::from(side);
         Ok(Self::Layers { map: map.into(), pixel })
     }
+}
+
+/// A tracer of what these points of a light see, through views as wide as `raster`.
+///
+/// # Errors
+///
+/// What a view is not.
+pub(crate) fn views(
+    scene: &Scene,
+    raster: ViewRaster,
+    points: impl IntoIterator<Item = DVec3>,
+) -> Result<ViewsTracer> {
+    let mut builder = ViewsBuilder::new(raster.shadow_camera(), raster.resolution())?;
+    for eye in points {
+        let view = raster.at_eye(eye);
+        let source = SceneRasterizer::<f32>::new(scene, view)?;
+        let seen = (eye, &view.shadow_camera());
+        // Nobody breaks it off.
+        let _ = builder.add_view(&source, seen, || ControlFlow::Continue(()))?;
+    }
+    Ok(builder.tracer()?)
 }

@@ -14,6 +14,9 @@ mod table1;
 mod table2;
 mod table3;
 
+pub(crate) use maps::views;
+pub(crate) use stage::Shadow;
+
 pub use self::{
     cost::{Cost, RadiusCost, SizeCost},
     difference::Difference,

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use dsm_core::{AreaLight, LightExtent, LightVisibility, PixelSampling, Rgb, ShadedPoint};
+use dsm_core::{AreaLight, Facing, LightExtent, LightVisibility, PixelSampling, Rgb, ShadedPoint};
 use dsm_scene::detail::{Image, RenderSettings, Renderer, load_shape};
 use dsm_scene::{
     Light, Motion, Object, Scene, Shape, TracedScene, Transform, TriangleMesh, builtin_scene,
@@ -21,7 +21,7 @@ use crate::figures::seconds;
 const CHUNK: usize = 64;
 
 /// A method of making shadows.
-pub(super) type Shadow<'a> = dyn LightVisibility<Value = f32, Error = Infallible> + 'a;
+pub(crate) type Shadow<'a> = dyn LightVisibility<Value = f32, Error = Infallible> + 'a;
 
 /// The shadow factors of a picture, and what they took.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,6 +42,8 @@ pub struct Stage {
     pub traced: Arc<TracedScene>,
     /// What the camera sees, in scanline order.
     pub points: Vec<ShadedPoint>,
+    /// The same with what they lie on, as pictures tell it.
+    pub surfaces: Vec<ShadedPoint>,
     /// The pixel of each point.
     pixels: Vec<usize>,
     image: [u32; 2],
@@ -81,14 +83,16 @@ impl Stage {
         let numbers = renderer.render(&asked, |_| ControlFlow::Continue(()))?;
         let numbers = numbers.context("nobody broke it off")?;
         let asked = asked.0.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let (mut points, mut pixels) = (Vec::new(), Vec::new());
+        let (mut surfaces, mut pixels) = (Vec::new(), Vec::new());
         for (pixel, [number, ..]) in numbers.pixels().iter().enumerate() {
             if let Some(&point) = (*number as usize).checked_sub(2).and_then(|at| asked.get(at)) {
-                points.push(point);
+                surfaces.push(point);
                 pixels.push(pixel);
             }
         }
-        Ok(Self { name, scene, traced, points, pixels, image })
+        let unknown = |point: &ShadedPoint| ShadedPoint { facing: Facing::Light, ..*point };
+        let points = surfaces.iter().map(unknown).collect();
+        Ok(Self { name, scene, traced, points, surfaces, pixels, image })
     }
 
     /// The scene's light as a disk.
@@ -112,8 +116,18 @@ impl Stage {
     /// The shadow factors of all points, and the processors' time for them.
     #[must_use]
     pub fn factors(&self, shadow: &Shadow<'_>, light: &AreaLight) -> Factors {
+        Self::factors_of(&self.points, shadow, light)
+    }
+
+    /// The same of any points.
+    #[must_use]
+    pub(crate) fn factors_of(
+        points: &[ShadedPoint],
+        shadow: &Shadow<'_>,
+        light: &AreaLight,
+    ) -> Factors {
         let start = Instant::now();
-        let chunks = self.points.par_chunks(CHUNK).map(|points| {
+        let chunks = points.par_chunks(CHUNK).map(|points| {
             let (before, mut values) = (seconds(start), Vec::with_capacity(points.len()));
             let Ok(()) = shadow.visibilities(points, light, &mut values);
             (values, seconds(start) - before)
@@ -142,14 +156,30 @@ impl Stage {
 #[derive(Default)]
 struct Asked(Mutex<Vec<ShadedPoint>>);
 
+impl Asked {
+    fn keep(&self, point: ShadedPoint) -> f32 {
+        let mut points = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        points.push(point);
+        (points.len() + 1) as f32
+    }
+}
+
 impl LightVisibility for Asked {
     type Value = f32;
     type Error = Infallible;
 
     fn visibility(&self, position: DVec3, _: &AreaLight, seed: u64) -> Result<f32, Infallible> {
-        let mut points = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        points.push(ShadedPoint { position, facing: dsm_core::Facing::Light, seed });
-        Ok((points.len() + 1) as f32)
+        Ok(self.keep(ShadedPoint { position, facing: Facing::Light, seed }))
+    }
+
+    fn visibilities(
+        &self,
+        points: &[ShadedPoint],
+        _: &AreaLight,
+        values: &mut Vec<f32>,
+    ) -> Result<(), Infallible> {
+        values.extend(points.iter().map(|&point| self.keep(point)));
+        Ok(())
     }
 }
 

@@ -131,9 +131,9 @@ impl Study {
     ) -> Result<Shadowed> {
         let stage = &self.stages[stage];
         let light = stage.light(radius).area()?;
-        let map = Map::new(stage, method, radius, side)?;
+        let map = Map::new(&stage.scene, &stage.light(radius), method, side)?;
         let tried = map.knobs().iter().map(|&knob| {
-            let factors = map.with_shadow((stage, radius), self.effort.rays, knob, |shadow| {
+            let factors = map.with_shadow(&light, self.effort.rays, knob, |shadow| {
                 stage.factors(shadow, &light)
             })?;
             let difference = Difference::new(&factors.values, &reference.values);

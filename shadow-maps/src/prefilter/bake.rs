@@ -108,16 +108,7 @@ fn write_level<T: Transmittance>(
     for y in 0..rows {
         let encoded = |x: u32| -> Result<EncodedTile> {
             let Some(rect) = level.tile_rect(x, y) else { return Ok(EncodedTile::default()) };
-            let mut tile = FragmentLists::new([rect.width, rect.height]);
-            for row in rect.y..rect.y + rect.height {
-                for column in rect.x..rect.x + rect.width {
-                    let list = lists.at(column.into(), row.into());
-                    let fragments = list.w.iter().zip(list.opacities);
-                    fragments.for_each(|(&w, &opacity)| tile.push(w, opacity));
-                    tile.finish_texel()?;
-                }
-            }
-            encode(&tile, packing)
+            encode(&lists.part(rect.x, rect.y, [rect.width, rect.height])?, packing)
         };
         let tiles: Vec<_> = (0..columns).into_par_iter().map(encoded).collect();
         for (x, tile) in (0..columns).zip(tiles) {

@@ -39,6 +39,21 @@ pub struct FragmentList<'a, T> {
     pub opacities: &'a [T],
 }
 
+/// What lists of a kind of map are called in messages.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ListWords {
+    /// That a value is out of range.
+    pub(crate) range: &'static str,
+    /// That a value is 0 in all channels.
+    pub(crate) nothing: &'static str,
+}
+
+impl ListWords {
+    /// Of fragments with opacities.
+    pub(crate) const FRAGMENTS: Self =
+        Self { range: "opacities must lie in [0, 1]", nothing: "a fragment takes nothing away" };
+}
+
 impl<T> FragmentList<'_, T> {
     /// No fragments.
     pub const EMPTY: Self = Self { w: &[], opacities: &[] };
@@ -63,8 +78,17 @@ impl<T: Transmittance> FragmentLists<T> {
         w: Vec<f32>,
         opacities: Vec<T>,
     ) -> Result<Self> {
+        Self::of_named_columns(size, (starts, w, opacities), &ListWords::FRAGMENTS)
+    }
+
+    /// The same, of values that are called otherwise.
+    pub(crate) fn of_named_columns(
+        size: [u32; 2],
+        (starts, w, opacities): (Vec<u32>, Vec<f32>, Vec<T>),
+        words: &ListWords,
+    ) -> Result<Self> {
         let lists = Self { size, starts, w, opacities };
-        lists.check()?;
+        lists.check_as(words)?;
         Ok(lists)
     }
 
@@ -120,6 +144,10 @@ impl<T: Transmittance> FragmentLists<T> {
     ///
     /// [`Error::Pixel`] that names the texel and the rule which is broken.
     pub fn check(&self) -> Result<()> {
+        self.check_as(&ListWords::FRAGMENTS)
+    }
+
+    fn check_as(&self, words: &ListWords) -> Result<()> {
         let refuse = |pixel, reason| Err(Error::Pixel { pixel, reason });
         let texels = self.texels();
         let covers = self.starts.len() == texels + 1
@@ -143,10 +171,10 @@ impl<T: Transmittance> FragmentLists<T> {
             for &opacity in opacities {
                 let mut channels = (0..T::CHANNELS).map(|channel| opacity.channel(channel));
                 if !channels.all(|value| (0.0..=1.0).contains(&value)) {
-                    return refuse(texel, "opacities must lie in [0, 1]");
+                    return refuse(texel, words.range);
                 }
                 if opacity == T::splat(0.0) {
-                    return refuse(texel, "a fragment takes nothing away");
+                    return refuse(texel, words.nothing);
                 }
             }
         }
@@ -218,6 +246,24 @@ impl<T: Transmittance> FragmentLists<T> {
         } else {
             FragmentList::EMPTY
         }
+    }
+
+    /// The lists of the texels from (`x`, `y`) on, `size` of them.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::finish_texel`].
+    pub(crate) fn part(&self, x: u32, y: u32, size: [u32; 2]) -> Result<Self> {
+        let mut part = Self::new(size);
+        for row in y..y + size[1] {
+            for column in x..x + size[0] {
+                let list = self.at(column.into(), row.into());
+                part.w.extend_from_slice(list.w);
+                part.opacities.extend_from_slice(list.opacities);
+                part.finish_texel()?;
+            }
+        }
+        Ok(part)
     }
 
     /// The least and the greatest depth; `None` without fragments.

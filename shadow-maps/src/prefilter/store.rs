@@ -9,7 +9,7 @@ use dsm_io::detail::{
 use dsm_io::{Codec, Error, MapSummary, Metadata, Packing, PixelContents};
 
 use super::keys::PrefilteredKeys;
-use super::lists::FragmentLists;
+use super::lists::{FragmentLists, ListWords};
 use super::tile::PrefilteredTile;
 
 /// The kind `prefiltered`: fragments a texel, and levels of them merged by wider and
@@ -65,11 +65,11 @@ impl MapKind for Prefiltered {
         stored: StoredTile<'_>,
         _: &PrefilteredKeys,
     ) -> Result<PrefilteredTile<T>> {
-        lists(stored).map(PrefilteredTile::new)
+        lists(stored, &ListWords::FRAGMENTS).map(PrefilteredTile::new)
     }
 
     fn verify<T: Transmittance>(stored: StoredTile<'_>, _: &PrefilteredKeys) -> Result<()> {
-        lists::<T>(stored).map(drop)
+        lists::<T>(stored, &ListWords::FRAGMENTS).map(drop)
     }
 
     fn summarize<T: Transmittance>(tile: &PrefilteredTile<T>, summary: &mut MapSummary) {
@@ -112,7 +112,7 @@ impl FieldKind for Prefiltered {
 }
 
 /// The payload of lists.
-pub(super) fn encode<T: Transmittance>(
+pub(crate) fn encode<T: Transmittance>(
     lists: &FragmentLists<T>,
     packing: Packing,
 ) -> Result<EncodedTile> {
@@ -129,7 +129,10 @@ pub(super) fn encode<T: Transmittance>(
 }
 
 /// The lists of a payload, held to all rules.
-fn lists<T: Transmittance>(stored: StoredTile<'_>) -> Result<FragmentLists<T>> {
+pub(crate) fn lists<T: Transmittance>(
+    stored: StoredTile<'_>,
+    words: &ListWords,
+) -> Result<FragmentLists<T>> {
     let (size, texels) = (stored.size(), stored.pixel_count());
     let mut columns: ColumnReader<'_> = stored.columns()?;
     let count = columns.entry().vertex_count;
@@ -141,7 +144,7 @@ fn lists<T: Transmittance>(stored: StoredTile<'_>) -> Result<FragmentLists<T>> {
     let values = columns.take_floats(count.saturating_mul(T::CHANNELS as u64))?;
     let opacity = |at| T::from_channels(|channel| values[channel * w.len() + at]);
     let opacities = (0..w.len()).map(opacity).collect();
-    let lists = FragmentLists::of_columns(size, starts, w, opacities)
+    let lists = FragmentLists::of_named_columns(size, (starts, w, opacities), words)
         .map_err(|error| columns.refuse_pixel(error))?;
     let range = lists.depth_range().unwrap_or_default();
     columns.finish(range)?;

@@ -4,18 +4,22 @@ use dsm_core::{Rgb, Transmittance};
 use dsm_io::detail::{Container, ErasedMap, Kinds, MapKind, Memory};
 use dsm_io::{Codec, Packing};
 use mtsm::detail::{Layers, Mtsm};
-use shadow_maps::detail::{FragmentColumns, FragmentTile, Fragments, MediaColumns, Prefiltered};
+use shadow_maps::detail::{
+    Attenuation, FragmentColumns, FragmentTile, Fragments, MediaColumns, Prefiltered, Views,
+};
 
 use super::limits;
 use crate::forge::{Assembly, Forge};
 
 /// Kinds, and what their metadata have besides.
-const KINDS: [(&str, &str); 5] = [
+const KINDS: [(&str, &str); 7] = [
     (Mtsm::NAME, ""),
     (Layers::NAME, ""),
     (Fragments::NAME, r#","coverage":8"#),
     (Fragments::NAME, r#","coverage":8,"kind_version":2,"media":{"max_slabs":8}"#),
     (Prefiltered::NAME, FILTERING),
+    (Attenuation::NAME, r#","light_samples":16,"depth_tolerance":1"#),
+    (Views::NAME, r#","eyes":[[0.5,0,0]],"gap":4"#),
 ];
 
 const FILTERING: &str =
@@ -75,6 +79,7 @@ pub fn layered(bytes: &[u8]) -> bool {
 pub fn read_any_kind(bytes: Vec<u8>) -> bool {
     let kinds =
         Kinds::default().with::<Mtsm>().with::<Layers>().with::<Fragments>().with::<Prefiltered>();
+    let kinds = kinds.with::<Attenuation>().with::<Views>();
     let container = Container::from_source(Memory::from(bytes), &limits());
     let Ok(map) = container.and_then(|container| kinds.read(container, &limits())) else {
         return false;
@@ -122,6 +127,8 @@ fn agree_with(
             let coloured = if channels > 1 { runs + 1 + runs.div_ceil(32) } else { 0 };
             (word(tables - 1), tables + coloured)
         }
+        // All pixels, of which those that see nothing are 0.
+        Views::NAME => (words.iter().filter(|&&word| word > 0).count(), 0),
         _ if has_media => (word(pixels).saturating_add(word(2 * pixels + 1)), 0),
         _ => (word(pixels), pixels + 1),
     };
@@ -135,9 +142,12 @@ fn agree_with(
         range.unwrap_or_default()
     } else {
         let end = depths.saturating_add(count).min(words.len());
+        let end = if kind == Views::NAME { words.len() } else { end };
         let depths = words.get(depths..end).unwrap_or_default();
-        let depths = depths.iter().map(|&bits| f32::from_bits(bits));
-        let is_inverse = kind == Prefiltered::NAME;
+        let is_none = |bits: u32| kind == Views::NAME && bits == 0;
+        let depths = depths.iter().filter(|&&bits| !is_none(bits));
+        let depths = depths.map(|&bits| f32::from_bits(bits));
+        let is_inverse = [Prefiltered::NAME, Attenuation::NAME, Views::NAME].contains(&kind);
         let depths = depths.map(|z| if is_inverse { z.recip().min(f32::MAX) } else { z });
         depths.fold([f32::MAX, 0.0], |[least, most], z| [z.min(least), z.max(most)])
     };

@@ -8,7 +8,10 @@ use dsm_tests::golden;
 use dsm_tests::whole_message;
 use mtsm::MultilayerMap;
 use mtsm::detail::{Layers, Mtsm, MultilayerDepthMap};
-use shadow_maps::detail::{FragmentMap, Fragments, Prefiltered, PrefilteredMap};
+use shadow_maps::detail::{
+    Attenuation, AttenuationMap, FragmentMap, Fragments, Prefiltered, PrefilteredMap, Views,
+    ViewsTracer,
+};
 
 use crate::examples::{FOGGY, KINDS, file, open};
 
@@ -78,6 +81,12 @@ fn any_word_of_a_payload_may_be_anything() {
                     }
                     if let Some(reader) = map.downcast_ref::<Fragments>() {
                         drop(FragmentMap::<f32>::read(reader));
+                    }
+                    if let Some(reader) = map.downcast_ref::<Attenuation>() {
+                        drop(AttenuationMap::<f32>::read(reader));
+                    }
+                    if let Some(reader) = map.downcast_ref::<Views>() {
+                        drop(ViewsTracer::read(reader));
                     }
                     if let Some(reader) = map.downcast_ref::<Prefiltered>() {
                         drop(PrefilteredMap::<f32>::read(reader));
@@ -228,6 +237,46 @@ fn what_breaks_a_rule_is_named() {
     });
     signed(&prefiltered, "metadata", |f| f.replace("\"filtering\"", "\"filterinj\""));
     signed(&prefiltered, "metadata", |f| f.replace("\"multiply\"", "\"multiplz\""));
+    let attenuation = file::<f32>(Attenuation::NAME, Packing::Plain);
+    signed(&attenuation, "attenuations must lie in [0, 1]", |f| {
+        let at = last(f);
+        f.put(at, negative);
+    });
+    signed(&attenuation, "a layer that sees no light is none", |f| {
+        let at = last(f);
+        f.put(at, [0; 4]);
+    });
+    for bad in [f32::NAN, f32::INFINITY, 0.0, -1.0] {
+        signed(&attenuation, "must be finite, above 0 and not rise", |f| {
+            let at = last(f) - 4 * count(f);
+            f.put(at, bad.to_le_bytes());
+        });
+    }
+    signed(&attenuation, "one point of its light", |f| {
+        f.replace("\"light_samples\":2", "\"light_samples\":0");
+    });
+    signed(&attenuation, "metadata", |f| {
+        f.replace("\"light_samples\":2", "\"light_samplez\":2");
+    });
+    signed(&attenuation, "not negative", |f| {
+        f.replace("\"depth_tolerance\":1.0", "\"depth_tolerance\":-10");
+    });
+    let views = file::<f32>(Views::NAME, Packing::Plain);
+    for bad in [f32::NAN, f32::INFINITY, -1.0] {
+        signed(&views, "must be finite and not negative", |f| {
+            f.put(f.payload(0), bad.to_le_bytes());
+        });
+    }
+    signed(&views, "not see as many surfaces", |f| {
+        let fewer = count(f) as u64 - 1;
+        f.put(f.tile_entry(0) + 24, fewer.to_le_bytes());
+    });
+    signed(&views, "not the range", |f| f.put(f.tile_entry(0) + 32, 0.5_f32.to_le_bytes()));
+    signed(&views, "one level a view", |f| {
+        f.replace("[[-0.25,0.0,0.0],[0.5,0.0,0.0]]", "[[-0.25,0.0,0.0]              ]");
+    });
+    signed(&views, "metadata", |f| f.replace("\"eyes\"", "\"eyez\""));
+    signed(&views, "gap bias", |f| f.replace("\"gap\":4.0", "\"gap\":-40"));
 }
 
 #[test]

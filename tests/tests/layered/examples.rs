@@ -7,12 +7,13 @@ use dsm_core::{
 };
 use dsm_io::detail::{Container, ErasedMap, KindReader, Kinds, MapKind, Memory};
 use dsm_io::{Limits, Packing, WriteOptions};
-use glam::{DMat4, DVec4};
+use glam::{DMat4, DVec3, DVec4};
 use mtsm::detail::{Layers, Mtsm, bake_layers, bake_mtsm};
 use mtsm::{MultilayerBaker, MultilayerSettings};
 use shadow_maps::detail::{
-    FragmentBuilder, FragmentMap, Fragments, ListBuilder, PrefilterSettings, Prefiltered,
-    PrefilteredMap, bake_fragments, bake_prefiltered,
+    Attenuation, AttenuationBuilder, FragmentBuilder, FragmentMap, Fragments, ListBuilder,
+    PrefilterSettings, Prefiltered, PrefilteredMap, Views, ViewsBuilder, bake_fragments,
+    bake_prefiltered, write_attenuation,
 };
 
 pub(crate) type Ray<T> = fn(SamplePoint, &mut RayHits<T>) -> Result<(), Error>;
@@ -114,6 +115,39 @@ pub(crate) fn lists() -> (ListBuilder, PrefilterSettings) {
     (builder.with_layers(32).unwrap(), PrefilterSettings::default().with_stack_size(Some(3)))
 }
 
+/// The camera, moved to the right.
+fn beside(x: f64) -> ShadowCamera {
+    let mut eye = camera();
+    let moved = DMat4::from_translation(DVec3::X * -x);
+    eye.world_to_camera = Some(moved);
+    eye.world_to_ndc = eye.world_to_ndc.map(|to_ndc| to_ndc * moved);
+    eye
+}
+
+/// Views of the same sheets, which have one channel.
+pub(crate) fn views() -> ViewsBuilder {
+    let mut builder = ViewsBuilder::new(camera(), [6, 5]).unwrap();
+    for x in [-0.25, 0.5] {
+        let source: RaySource<Ray<f32>> = RaySource(sheets::<f32>);
+        let eye = (DVec3::X * x, &beside(x));
+        let added = builder.add_view(&source, eye, || ControlFlow::Continue(())).unwrap();
+        assert!(added.is_continue());
+    }
+    builder
+}
+
+/// What two points of a light see of the same sheets.
+pub(crate) fn attenuation<T: Transmittance>() -> AttenuationBuilder<T> {
+    let mut builder = AttenuationBuilder::new(camera(), [6, 5]).unwrap();
+    for x in [-0.25, 0.5] {
+        let source: RaySource<Ray<T>> = RaySource(sheets::<T>);
+        let eye = beside(x);
+        let added = builder.add_view(&source, eye, || ControlFlow::Continue(())).unwrap();
+        assert!(added.is_continue());
+    }
+    builder
+}
+
 /// The same map in memory.
 pub(crate) fn list_map<T: Transmittance>() -> PrefilteredMap<T> {
     let (builder, settings) = lists();
@@ -140,6 +174,15 @@ pub(crate) fn file<T: Transmittance>(kind: &str, packing: Packing) -> Vec<u8> {
                 .unwrap()
                 .bytes
         }
+        Attenuation::NAME => {
+            let builder = attenuation::<T>();
+            let options = WriteOptions::default().with_tile_size(4).with_packing(packing);
+            write_attenuation(&builder, &path, options, |_| {}).unwrap().bytes
+        }
+        Views::NAME => {
+            let options = WriteOptions::default().with_tile_size(4).with_packing(packing);
+            views().write(&path, options, |_| {}).unwrap().bytes
+        }
         _ => {
             let ray = if kind == FOGGY { fog::<T> } else { sheets::<T> };
             let source: RaySource<Ray<T>> = RaySource(ray);
@@ -159,13 +202,21 @@ pub(crate) fn file<T: Transmittance>(kind: &str, packing: Packing) -> Vec<u8> {
 pub(crate) const FOGGY: &str = "foggy";
 
 /// All kinds of layered maps.
-pub(crate) const KINDS: [&str; 5] =
-    [Mtsm::NAME, Layers::NAME, Fragments::NAME, FOGGY, Prefiltered::NAME];
+pub(crate) const KINDS: [&str; 7] = [
+    Mtsm::NAME,
+    Layers::NAME,
+    Fragments::NAME,
+    FOGGY,
+    Prefiltered::NAME,
+    Attenuation::NAME,
+    Views::NAME,
+];
 
 pub(crate) fn open(bytes: Vec<u8>) -> dsm_io::detail::Result<Box<dyn ErasedMap>> {
     let limits = Limits::default();
     let kinds =
         Kinds::default().with::<Mtsm>().with::<Layers>().with::<Fragments>().with::<Prefiltered>();
+    let kinds = kinds.with::<Attenuation>().with::<Views>();
     kinds.read(Container::from_source(Memory::from(bytes), &limits)?, &limits)
 }
 

@@ -47,7 +47,7 @@ proptest! {
 
     #[test]
     fn changed_words_are_read_or_refused(
-        file in 0_usize..16,
+        file in 0_usize..24,
         changes in prop::collection::vec((any::<prop::sample::Index>(), 0_usize..3, word()), 1..4),
     ) {
         let mut forge = Forge(FILES[file].clone());

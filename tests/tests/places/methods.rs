@@ -6,8 +6,8 @@ use std::sync::Arc;
 use deepshadow::detail::{PlainShadow, Result, plain_shadow};
 use deepshadow::visibility::Bias;
 use deepshadow::{
-    Bake, FarTable, FilterMethod, Kind, Method as MapMethod, PcfMethod, PrefilterMethod, Query,
-    Shadow, ShadowMap, TraceMethod, bake,
+    AttenuationMethod, Bake, FarTable, FilterMethod, Kind, Method as MapMethod, PcfMethod,
+    PrefilterMethod, Query, Shadow, ShadowMap, TraceMethod, bake,
 };
 use dsm_core::{Filter, FilterShape, Footprint, Tolerance};
 use dsm_scene::{Scene, TracedScene};
@@ -45,10 +45,16 @@ pub(crate) enum Method {
     MtsmLookup,
     /// Fragments merged by filters, looked up.
     Prefiltered,
+    /// What places see of the light, of one pixel each.
+    Attenuation,
+    /// The same, of four.
+    AttenuationBilinear,
+    /// Several depth images traced.
+    Views,
 }
 
 impl Method {
-    pub(crate) const ALL: [Self; 11] = [
+    pub(crate) const ALL: [Self; 14] = [
         Self::Reference,
         Self::Deep,
         Self::Plain,
@@ -60,12 +66,20 @@ impl Method {
         Self::MtsmFiltered,
         Self::MtsmLookup,
         Self::Prefiltered,
+        Self::Attenuation,
+        Self::AttenuationBilinear,
+        Self::Views,
     ];
 
     /// What it is tried on: with media where its map holds them.
     pub(crate) fn scene(self) -> Scene {
         match self {
-            Self::Layers | Self::LayersFiltered | Self::Prefiltered => solid(),
+            Self::Layers
+            | Self::LayersFiltered
+            | Self::Prefiltered
+            | Self::Attenuation
+            | Self::AttenuationBilinear
+            | Self::Views => solid(),
             _ => misty(),
         }
     }
@@ -77,6 +91,8 @@ impl Method {
             Self::Mtsm | Self::MtsmFiltered | Self::MtsmLookup | Self::Deep | Self::Fragments => {
                 Agreement::default().with_tolerance(1.0 / f64::from(1 << 16))
             }
+            // A ray may pass the edge of a floor by less than depths in `f32` are rounded by.
+            Self::Views => Agreement::default().with_strays(0.005),
             _ => Agreement::default(),
         }
     }
@@ -99,6 +115,11 @@ impl Method {
             Self::MtsmFiltered => ("mtsm", PcfMethod::new(RAYS).into()),
             Self::MtsmLookup => ("mtsm", filter.into()),
             Self::Prefiltered => ("prefiltered", PrefilterMethod::new().into()),
+            Self::Views => ("views", trace.into()),
+            Self::Attenuation => ("attenuation", AttenuationMethod::new().into()),
+            Self::AttenuationBilinear => {
+                ("attenuation", AttenuationMethod::new().with_bilinear(true).into())
+            }
         })
     }
 

@@ -1,0 +1,15 @@
+//! The first half of figure 10 of Agrawala, Ramamoorthi, Heirich & Moll 2000, layered
+//! attenuation maps beside rays, and rays through several depth images: what the program
+//! `attenuation` writes into `docs`.
+
+mod accelerations;
+mod cause;
+mod lookups;
+mod page;
+mod peers;
+mod precompute;
+mod scenes;
+mod strips;
+mod trial;
+
+pub use self::{page::Effort, page::page};
