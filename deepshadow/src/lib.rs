@@ -35,6 +35,7 @@ pub use file::open_options::OpenOptions;
 pub use kind::Kind;
 pub use mtsm::detail::LeafRule;
 pub use query::attenuation_method::AttenuationMethod;
+pub use query::coherence_method::CoherenceMethod;
 pub use query::settings::Query;
 pub use query::trace_method::{FarTable, TraceMethod};
 pub use query::{filter_method::FilterMethod, hybrid_method::HybridMethod, method::Method};

@@ -8,7 +8,7 @@ use dsm_core::{
 };
 use dsm_io::Codec;
 use dsm_io::detail::{CachedMap, ErasedMap, FieldKind, KindReader, MapKind};
-use dsm_trace::detail::LightFrame;
+use dsm_trace::detail::{CoherentShadow, LightFrame};
 use mtsm::MultilayerSettings;
 use mtsm::detail::{
     CachedLayers, FilteredLayers, LayeredKeys, MultilayerTracer, SoftPercentageCloser,
@@ -178,6 +178,13 @@ where
             let tracer = MultilayerTracer::new(layers, settings)?;
             let light = light(query, reader, tracer.frame())?;
             Ok(Shadow::new(Box::new(AreaShadow(tracer)), light, query.seed))
+        }
+        Method::Coherence(asked) => {
+            let settings = TraceSettings { start: asked.start, ..TraceSettings::default() };
+            let tracer = MultilayerTracer::new(layers, settings)?;
+            let light = light(query, reader, tracer.frame())?;
+            let shadow = CoherentShadow::new(tracer, asked.settings(false));
+            Ok(Shadow::new(Box::new(AreaShadow(shadow)), light, query.seed))
         }
         Method::Pcf(asked) => {
             let filter = SoftPercentageCloser::new(layers, FilteredLayers::All)?;

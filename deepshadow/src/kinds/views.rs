@@ -6,6 +6,7 @@ use std::path::Path;
 use dsm_core::{Progress, Rgb, Tolerance, Transmittance, ViewRaster};
 use dsm_io::WriteOptions;
 use dsm_io::detail::{Container, ErasedMap};
+use dsm_trace::detail::CoherentShadow;
 use shadow_maps::detail::{Views as ViewsKind, ViewsBuilder, ViewsTracer, view_points};
 
 use super::layered;
@@ -117,8 +118,18 @@ impl OpenMap for CachedFile<ViewsKind> {
 
     fn shadow(&self, query: &Query) -> Result<Shadow> {
         let refuse = |reason| Err(Error::query(self.reader(), reason));
-        let Method::Trace(method) = query.method.unwrap_or(self.default_method()) else {
-            return refuse("views are traced: --method trace reads them");
+        // Of three channels there is none.
+        let Self::Mono(map) = self else { return refuse("a map of views has one channel") };
+        let tracer = ViewsTracer::read(map.reader())?;
+        let method = match query.method.unwrap_or(self.default_method()) {
+            Method::Trace(method) => method,
+            Method::Coherence(method) => {
+                let tracer = started(tracer.with_blockers(), method.start)?;
+                let light = layered::light(query, map.reader(), tracer.frame())?;
+                let shadow = CoherentShadow::new(tracer, method.settings(false));
+                return Ok(Shadow::new(Box::new(AreaShadow(shadow)), light, query.seed));
+            }
+            _ => return refuse("views are traced: --method trace or coherence reads them"),
         };
         if method.has_layer_rules() || method.far_table.is_some() {
             return refuse(
@@ -126,14 +137,16 @@ impl OpenMap for CachedFile<ViewsKind> {
                  other kinds",
             );
         }
-        // Of three channels there is none.
-        let Self::Mono(map) = self else { return refuse("a map of views has one channel") };
-        let tracer = ViewsTracer::read(map.reader())?.with_rays(method.rays);
-        let tracer = match method.start {
-            Some(start) => tracer.with_start(start)?,
-            None => tracer,
-        };
+        let tracer = started(tracer.with_rays(method.rays), method.start)?;
         let light = layered::light(query, map.reader(), tracer.frame())?;
         Ok(Shadow::new(Box::new(AreaShadow(tracer)), light, query.seed))
     }
+}
+
+/// With a ray offset, if there is one.
+fn started(tracer: ViewsTracer, start: Option<f64>) -> Result<ViewsTracer> {
+    Ok(match start {
+        Some(start) => tracer.with_start(start)?,
+        None => tracer,
+    })
 }

@@ -1,6 +1,7 @@
 //! The methods that compute shadows.
 
 use super::attenuation_method::AttenuationMethod;
+use super::coherence_method::CoherenceMethod;
 use super::filter_method::FilterMethod;
 use super::hybrid_method::HybridMethod;
 use super::pcf_method::PcfMethod;
@@ -32,6 +33,8 @@ pub enum Method {
     Hybrid(HybridMethod),
     /// Lookups in the layers of an attenuation map (Agrawala et al. 2000, §4).
     Attenuation(AttenuationMethod),
+    /// Shadow rays where visibility can have changed (Agrawala et al. 2000, §5.2).
+    Coherence(CoherenceMethod),
 }
 
 impl Method {
@@ -45,6 +48,7 @@ impl Method {
             Self::Prefilter(_) => "prefilter",
             Self::Hybrid(_) => "hybrid",
             Self::Attenuation(_) => "attenuation",
+            Self::Coherence(_) => "coherence",
         }
     }
 }
@@ -82,5 +86,11 @@ impl From<HybridMethod> for Method {
 impl From<AttenuationMethod> for Method {
     fn from(method: AttenuationMethod) -> Self {
         Self::Attenuation(method)
+    }
+}
+
+impl From<CoherenceMethod> for Method {
+    fn from(method: CoherenceMethod) -> Self {
+        Self::Coherence(method)
     }
 }

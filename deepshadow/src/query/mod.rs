@@ -1,6 +1,7 @@
 //! Queries: methods, filters and lights.
 
 pub(crate) mod attenuation_method;
+pub(crate) mod coherence_method;
 pub(crate) mod filter_method;
 pub(crate) mod hybrid_method;
 pub(crate) mod method;

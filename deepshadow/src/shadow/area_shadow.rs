@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 
 use dsm_core::{AreaLight, Facing, LightVisibility, OcclusionTracer, ShadedPoint, Transmittance};
-use dsm_trace::detail::{LightFrame, TraceStatistics};
+use dsm_trace::detail::{CoherenceStatistics, CoherentShadow, LightFrame, TraceStatistics};
 use glam::DVec3;
 use mtsm::detail::{MultilayerTracer, SoftPercentageCloser, TracedMap};
 use shadow_maps::detail::{
@@ -26,6 +26,11 @@ pub(crate) trait AreaTracer: LightVisibility + Send + Sync {
 
     /// Whether a table of optical depths is used, where one may be.
     fn far_table(&self) -> Option<bool> {
+        None
+    }
+
+    /// The cells that were traced, of a method that leaves some out.
+    fn coherence(&self) -> Option<CoherenceStatistics> {
         None
     }
 }
@@ -108,6 +113,26 @@ impl AreaTracer for ViewsTracer {
     }
 }
 
+/// A tracer that is asked for part of its rays.
+impl<O> AreaTracer for CoherentShadow<O>
+where
+    O: AreaTracer + OcclusionTracer<Value: Transmittance> + Send + Sync,
+{
+    fn frame(&self) -> &LightFrame {
+        self.tracer().frame()
+    }
+
+    fn rays(&self) -> Option<TraceStatistics> {
+        let rays = self.statistics().rays;
+        let own = self.tracer().rays();
+        Some(own.unwrap_or(TraceStatistics { rays, ..TraceStatistics::default() }))
+    }
+
+    fn coherence(&self) -> Option<CoherenceStatistics> {
+        Some(self.statistics())
+    }
+}
+
 /// The shadows of an area light that a tracer finds.
 pub(crate) struct AreaShadow<V>(pub(crate) V);
 
@@ -142,7 +167,11 @@ where
     }
 
     fn statistics(&self) -> ShadowStatistics {
-        let (rays, far_table) = (self.0.rays(), self.0.far_table());
-        ShadowStatistics { rays, far_table, ..ShadowStatistics::default() }
+        ShadowStatistics {
+            rays: self.0.rays(),
+            far_table: self.0.far_table(),
+            coherence: self.0.coherence(),
+            ..ShadowStatistics::default()
+        }
     }
 }

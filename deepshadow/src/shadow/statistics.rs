@@ -1,7 +1,7 @@
 //! Counts of a query's work.
 
 use dsm_core::detail::BiasSummary;
-use dsm_trace::detail::TraceStatistics;
+use dsm_trace::detail::{CoherenceStatistics, TraceStatistics};
 
 /// Work that a [`Shadow`](crate::Shadow) has done since it was made.
 ///
@@ -18,4 +18,6 @@ pub struct ShadowStatistics {
     pub biases: Option<BiasSummary>,
     /// Use of a far table, of kinds that may have one.
     pub far_table: Option<bool>,
+    /// Cells of the light that were traced, of coherent sampling.
+    pub coherence: Option<CoherenceStatistics>,
 }

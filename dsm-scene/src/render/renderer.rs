@@ -22,6 +22,9 @@ use crate::trace::traced_scene::TracedScene;
 /// Width and height of what one task renders, in pixels.
 const BLOCK: u32 = 16;
 
+/// Camera rays whose points are handed to a method together, but for those of one row.
+const TOGETHER: u32 = 1 << 14;
+
 /// The contents and the sampling of a picture.
 ///
 /// ```
@@ -184,12 +187,18 @@ impl Renderer {
         let mut tracer = PathTracer::new(&self.scene);
         let mut pixels = Vec::with_capacity((columns * rows) as usize);
         let (mut interactions, mut points, mut factors) = (Vec::new(), Vec::new(), Vec::new());
-        // A row's points come together: methods keep what neighbours share.
-        for y in corner[1]..corner[1] + rows {
+        // Points come together: methods keep what neighbours share.
+        let samples = self.settings.sampling.samples_per_pixel();
+        let together = (TOGETHER / columns / samples.max(1)).clamp(1, rows);
+        let end = corner[1] + rows;
+        for first in (corner[1]..end).step_by(together as usize) {
             interactions.clear();
             points.clear();
             factors.clear();
-            self.interactions([corner[0], y], columns, &mut tracer, &mut interactions);
+            let rows = together.min(end - first);
+            for y in first..first + rows {
+                self.interactions([corner[0], y], columns, &mut tracer, &mut interactions);
+            }
             for (interaction, seed) in &interactions {
                 points.extend(
                     interaction.as_ref().and_then(|interaction| self.shaded(interaction, *seed)),
@@ -197,7 +206,7 @@ impl Renderer {
             }
             shadow.visibilities(&points, &self.light, &mut factors)?;
             let mut factors = factors.iter().map(|&factor| channels(factor));
-            let per_pixel = interactions.len() / columns as usize;
+            let per_pixel = interactions.len() / (columns * rows) as usize;
             for interactions in interactions.chunks_exact(per_pixel.max(1)) {
                 let mut sum = [0.0; 3];
                 for (interaction, _) in interactions {

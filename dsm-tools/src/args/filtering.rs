@@ -1,6 +1,7 @@
 //! Values of switches that say how a map is looked up.
 
 use clap::ValueEnum;
+use deepshadow::CoherenceMethod;
 use deepshadow::visibility::{Bias, Filter, FilterShape, Footprint, LevelChoice};
 
 use super::values;
@@ -65,6 +66,16 @@ pub(super) fn is_bilinear(filter: FilterName, width: Option<f32>) -> Result<bool
         _ => Err("--filter of --method attenuation is point, or tent for four pixels, of width 2"
             .to_owned()),
     }
+}
+
+/// What is wrong with the rays of coherent sampling.
+pub(super) const NO_SQUARE: &str = "--rays: coherence takes a square number of rays, 1 to 65536";
+
+/// Coherent sampling with a ray for each cell of the light; none unless the rays are a
+/// square number.
+pub(super) fn coherence(rays: u32, start: Option<f64>) -> Option<CoherenceMethod> {
+    let method = CoherenceMethod::with_rays(rays)?;
+    Some(start.map_or(method, |start| method.with_start(start)))
 }
 
 #[cfg(test)]

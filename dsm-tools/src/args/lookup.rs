@@ -6,7 +6,8 @@ use clap::builder::RangedU64ValueParser;
 use clap::{Args, ValueEnum};
 use deepshadow::visibility::{Bias, Footprint, LevelChoice};
 use deepshadow::{
-    AttenuationMethod, FilterMethod, HybridMethod, Method, PcfMethod, PrefilterMethod, TraceMethod,
+    AttenuationMethod, CoherenceMethod, FilterMethod, HybridMethod, Method, PcfMethod,
+    PrefilterMethod, TraceMethod,
 };
 
 use super::far_table::FarTableName;
@@ -43,7 +44,9 @@ pub(crate) struct LookupFlags {
     /// runs, of kind layers all); shadow rays from the point to the light through a layered map;
     /// percentage closer filtering over the light's outline in a layered
     /// map; lookups in the levels of a prefiltered one; short rays through --near and such
-    /// lookups beyond; or lookups of what a place sees of the light in an attenuation map [default:
+    /// lookups beyond; lookups of what a place sees of the light in an attenuation map; or
+    /// shadow rays only where that can have changed from point to point, through a map of kind
+    /// mtsm, layers or views (coherence) [default:
     /// filter, of layered maps trace, of prefiltered ones prefilter, of attenuation ones
     /// attenuation]
     #[arg(long, value_enum)]
@@ -51,8 +54,8 @@ pub(crate) struct LookupFlags {
     /// The map of kind fragments that short rays go through (hybrid)
     #[arg(long, value_name = "MAP.dsm", value_parser = values::dsm_file())]
     near: Option<PathBuf>,
-    /// Shadow rays from every point (trace; hybrid: short ones), or taps (pcf) [default: 256;
-    /// hybrid: 16]
+    /// Shadow rays from every point (trace; hybrid: short ones; coherence: at most, a square
+    /// number), or taps (pcf) [default: 256; hybrid: 16]
     #[arg(long, value_name = "N")]
     #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(1..=65_536))]
     rays: Option<u32>,
@@ -117,6 +120,7 @@ pub(crate) enum MethodName {
     Prefilter,
     Hybrid,
     Attenuation,
+    Coherence,
 }
 
 /// The space of the coordinates of points.
@@ -142,6 +146,8 @@ pub(crate) struct Lookup {
     prefilter: PrefilterMethod,
     hybrid: HybridMethod,
     attenuation: AttenuationMethod,
+    /// None: the rays are no square.
+    coherence: Option<CoherenceMethod>,
     /// Whether four pixels are interpolated, if the filter is one for that.
     bilinear: Result<bool, String>,
     has_level: bool,
@@ -188,6 +194,7 @@ impl TryFrom<LookupFlags> for Lookup {
             attenuation: bias.map_or(AttenuationMethod::new(), |bias| {
                 AttenuationMethod::new().with_bias(bias.into())
             }),
+            coherence: filtering::coherence(rays.unwrap_or(RAYS), bias.map(f64::from)),
             bilinear: filtering::is_bilinear(filter, width),
             has_level: level != LevelChoice::FINEST,
             hybrid: HybridMethod::new(rays.unwrap_or(SHORT_RAYS)).with_lookup(prefilter),
@@ -224,6 +231,7 @@ impl Lookup {
             Method::Prefilter(_) => MethodName::Prefilter,
             Method::Hybrid(_) => MethodName::Hybrid,
             Method::Attenuation(_) => MethodName::Attenuation,
+            Method::Coherence(_) => MethodName::Coherence,
             _ => MethodName::Trace,
         }))
     }
@@ -257,7 +265,8 @@ impl Lookup {
         if self.has_level && is_attenuation {
             return Err("--level is for --method filter".to_owned());
         }
-        if self.has_start_before_point && method == MethodName::Trace {
+        let is_traced = [MethodName::Trace, MethodName::Coherence].contains(&method);
+        if self.has_start_before_point && is_traced {
             return Err("--bias: a ray offset is not negative".to_owned());
         }
         Ok(match method {
@@ -268,6 +277,9 @@ impl Lookup {
             MethodName::Hybrid => self.hybrid.into(),
             MethodName::Attenuation => {
                 self.attenuation.with_bilinear(self.bilinear.clone()?).into()
+            }
+            MethodName::Coherence => {
+                self.coherence.ok_or_else(|| filtering::NO_SQUARE.to_owned())?.into()
             }
         })
     }

@@ -7,8 +7,8 @@ use clap::{Args, ValueEnum};
 use deepshadow::scene::detail::{GridChoice, SceneOptions};
 use deepshadow::visibility::{Bias, LevelChoice};
 use deepshadow::{
-    AttenuationMethod, FilterMethod, HybridMethod, Method as MapMethod, PcfMethod, PrefilterMethod,
-    TraceMethod,
+    AttenuationMethod, CoherenceMethod, FilterMethod, HybridMethod, Method as MapMethod, PcfMethod,
+    PrefilterMethod, TraceMethod,
 };
 
 use super::far_table::FarTableName;
@@ -55,15 +55,18 @@ pub(crate) struct RenderFlags {
     /// plain shadow map or, with --map, over the light's outline in a layered
     /// one; lookups in the levels of a prefiltered map; short rays through the scene
     /// and such lookups beyond; lookups of what each place sees of the light in an
-    /// attenuation map; or rays through the scene
+    /// attenuation map; or rays through the scene, all of them (reference) or where
+    /// visibility can have changed from point to point (coherence; with --map through a
+    /// map of kind mtsm, layers or views)
     #[arg(long, value_enum, default_value = "filter")]
     method: MethodName,
     /// Shadow rays from every point to the light (trace; reference: 1 for a
-    /// point light on a scene where nothing moves; hybrid: short ones), or taps of a lookup (pcf: a
-    /// square number, unless there is a --map)
-    #[arg(long, value_name = "N", default_value = "16")]
+    /// point light on a scene where nothing moves; hybrid: short ones; coherence: at most, a
+    /// square number), or taps of a lookup (pcf: a square number, unless there is a --map)
+    /// [default: 16; coherence: 256]
+    #[arg(long, value_name = "N")]
     #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(1..=65_536))]
-    rays: u32,
+    rays: Option<u32>,
     /// Camera rays a pixel
     #[arg(long, value_name = "N", default_value = "16")]
     #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(1..=4096))]
@@ -136,6 +139,7 @@ enum MethodName {
     Prefilter,
     Hybrid,
     Attenuation,
+    Coherence,
     Reference,
 }
 
@@ -148,6 +152,8 @@ pub(crate) enum Method {
     Plain { taps: u32, width: f32, bias: Bias },
     /// Rays through the scene.
     Reference { rays: u32 },
+    /// Rays through the scene where visibility can have changed.
+    Coherent(CoherenceMethod),
 }
 
 impl Method {
@@ -157,6 +163,7 @@ impl Method {
             Self::Map { method, .. } => method.name(),
             Self::Plain { .. } => "pcf",
             Self::Reference { .. } => "reference",
+            Self::Coherent(_) => "coherence",
         }
     }
 }
@@ -184,7 +191,9 @@ impl TryFrom<RenderFlags> for Render {
     type Error = String;
 
     fn try_from(flags: RenderFlags) -> Result<Self, String> {
-        let RenderFlags { rays, width, level, bias, filter, map, .. } = flags;
+        let RenderFlags { width, level, bias, filter, map, .. } = flags;
+        let default = if flags.method == MethodName::Coherence { 256 } else { 16 };
+        let rays = flags.rays.unwrap_or(default);
         if flags.layers.is_given() && flags.method != MethodName::Trace {
             return Err(LayerFlags::NOT_TRACED.to_owned());
         }
@@ -237,6 +246,17 @@ impl TryFrom<RenderFlags> for Render {
                 let method = depth(bias).map_or(method, |bias| method.with_bias(bias));
                 let bilinear = filtering::is_bilinear(filter, width)?;
                 Method::Map { map, method: method.with_bilinear(bilinear).into() }
+            }
+            MethodName::Coherence => {
+                let start = depth(bias);
+                if start.is_some_and(|start| start < 0.0) {
+                    return Err("--bias: a ray offset is not negative".to_owned());
+                }
+                let method = filtering::coherence(rays, start).ok_or(filtering::NO_SQUARE)?;
+                match map {
+                    Some(_) => Method::Map { map, method: method.into() },
+                    None => Method::Coherent(method),
+                }
             }
             MethodName::Reference if map.is_some() => {
                 return Err("--map has no use for --method reference".to_owned());

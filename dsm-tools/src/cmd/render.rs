@@ -227,12 +227,20 @@ impl RenderJob<'_> {
             &Method::Reference { rays } => {
                 Shadow::reference(Arc::clone(self.traced), self.scene, rays)?
             }
+            Method::Coherent(method) => {
+                Shadow::coherent(Arc::clone(self.traced), self.scene, method)?
+            }
         };
         let map_s = started.elapsed().as_secs_f64();
         let (image, render_s) = self.render(&Watched { shadow: &shadow, seen: &seen })?;
         warnings.extend(seen.warning());
         if !seen.is_asked() {
             warnings.add("the picture shows nothing that light could reach");
+        }
+        if let Some(counted) = shadow.statistics().coherence.filter(|all| all.receivers > 0) {
+            let a_point = |count: u64| count as f64 / counted.receivers as f64;
+            let (rays, cells) = (a_point(counted.rays), a_point(counted.cells));
+            notes.push(format!("{rays:.1} of {cells:.0} rays a point traced"));
         }
         let biases = bias.and_then(|bias| Some((bias, shadow.statistics().biases?)));
         Ok(Rendered { image, biases, notes, map_s, render_s })

@@ -6,6 +6,7 @@
 mod attenuation;
 mod bake;
 mod cases;
+mod coherence;
 mod convert;
 mod diff;
 mod disk;

@@ -18,6 +18,8 @@ pub(super) struct Walk<'a> {
     pub(super) behind: &'a mut Vec<Interval>,
     /// Pixels and nodes that were looked at.
     pub(super) steps: u64,
+    /// Where the ray is blocked, in w, if that is by a single pixel.
+    pub(super) met: Option<f64>,
 }
 
 /// That the ray is blocked, or may go on.
@@ -34,7 +36,7 @@ impl<'a> Walk<'a> {
         behind: &'a mut Vec<Interval>,
     ) -> Self {
         behind.clear();
-        Self { view, options, near: [0; 2], behind, steps: 0 }
+        Self { view, options, near: [0; 2], behind, steps: 0, met: None }
     }
 
     /// Walks a ray that lies within the raster.
@@ -93,6 +95,7 @@ impl<'a> Walk<'a> {
     fn pixel(&mut self, ray: &ShadowRay, pixel: [u32; 2], [enter, leave]: Interval) -> Outcome {
         let own = f64::from(self.view.at(pixel));
         if enter <= own && own < leave {
+            self.met = Some(own);
             return BLOCKED;
         }
         let is_behind = own >= leave;
@@ -102,6 +105,7 @@ impl<'a> Walk<'a> {
         let Some(next) = self.next(ray, pixel, leave) else { return ON };
         let other = f64::from(self.view.at(next));
         if (other >= leave) != is_behind && self.view.is_wall(pixel, next) {
+            self.met = Some(leave);
             return BLOCKED;
         }
         ON

@@ -2,8 +2,8 @@
 
 use std::convert::Infallible;
 
-use dsm_core::detail::Result;
-use dsm_core::{AreaLight, Error, Facing, LightVisibility, ShadedPoint};
+use dsm_core::detail::{Occlusion, Result};
+use dsm_core::{AreaLight, Error, Facing, LightVisibility, OcclusionTracer, ShadedPoint};
 use dsm_trace::detail::{LightFrame, LightMean};
 use glam::DVec3;
 
@@ -115,6 +115,13 @@ impl ViewsTracer {
         Self { options, ..self }
     }
 
+    /// Tells of every ray where it is blocked: without connectedness, which does not know.
+    #[must_use]
+    pub fn with_blockers(self) -> Self {
+        let options = TraceOptions { connectedness: false, ..self.options };
+        Self { options, ..self }
+    }
+
     /// Sets the number of rays of a point, at least 1.
     #[must_use]
     pub fn with_rays(self, rays: u32) -> Self {
@@ -156,10 +163,16 @@ impl ViewsTracer {
     /// Traces the ray from a receiver to a point of the light.
     #[must_use]
     pub fn trace(&self, receiver: DVec3, light: DVec3) -> RayFate {
-        self.trace_with(receiver, light, &mut Scratch::default())
+        self.trace_with(receiver, light, &mut Scratch::default()).0
     }
 
-    fn trace_with(&self, receiver: DVec3, light: DVec3, scratch: &mut Scratch) -> RayFate {
+    /// What the ray met, and where it is blocked, if that is known.
+    fn trace_with(
+        &self,
+        receiver: DVec3,
+        light: DVec3,
+        scratch: &mut Scratch,
+    ) -> (RayFate, Option<DVec3>) {
         let mut fate = RayFate::default();
         let Scratch { rays, unseen: [unseen, left], behind, hidden } = scratch;
         rays.clear();
@@ -183,15 +196,19 @@ impl ViewsTracer {
                 fate.steps += walk.steps;
                 if blocked {
                     fate.blocked = true;
-                    return fate;
+                    let place = |w: f64| {
+                        let [x, y] = ray.ray.at(w);
+                        self.views[ray.view].frame().unproject(x, y, w.recip())
+                    };
+                    return (fate, walk.met.map(place));
                 }
             }
             if self.options.clear_miss && left.is_empty() {
-                return fate;
+                return (fate, None);
             }
             std::mem::swap(unseen, left);
         }
-        fate
+        (fate, None)
     }
 
     /// The greatest w that a view shows.
@@ -226,14 +243,49 @@ impl ViewsTracer {
     fn factor(&self, point: &ShadedPoint, light: &AreaLight, scratch: &mut Scratch) -> f32 {
         let mut mean = LightMean::<f32>::new();
         for sample in light.samples(point.position, self.rays, point.seed) {
-            let is_below = match point.facing {
-                Facing::Surface(normal) => (sample - point.position).dot(normal) <= 0.0,
-                _ => false,
-            };
-            let is_dark = is_below || self.trace_with(point.position, sample, scratch).blocked;
-            mean.add(if is_dark { 0.0 } else { 1.0 });
+            mean.add(self.occlusion(point, sample, scratch).transmittance);
         }
         mean.of(self.rays)
+    }
+
+    /// What a ray met; nothing if it goes to the other side of the point's surface.
+    fn occlusion(
+        &self,
+        point: &ShadedPoint,
+        light: DVec3,
+        scratch: &mut Scratch,
+    ) -> Occlusion<f32> {
+        let is_below = match point.facing {
+            Facing::Surface(normal) => (light - point.position).dot(normal) <= 0.0,
+            _ => false,
+        };
+        if is_below {
+            return Occlusion { transmittance: 0.0, blocker: None };
+        }
+        let (fate, blocker) = self.trace_with(point.position, light, scratch);
+        Occlusion { transmittance: if fate.blocked { 0.0 } else { 1.0 }, blocker }
+    }
+}
+
+impl OcclusionTracer for ViewsTracer {
+    type Value = f32;
+    type Error = Infallible;
+
+    fn transmittance(&self, receiver: DVec3, light: DVec3, _: f64) -> Result<f32, Infallible> {
+        let point = ShadedPoint { position: receiver, facing: Facing::Light, seed: 0 };
+        Ok(self.occlusion(&point, light, &mut Scratch::default()).transmittance)
+    }
+
+    fn occlusions(
+        &self,
+        receiver: &ShadedPoint,
+        targets: &[(DVec3, f64)],
+        found: &mut Vec<Occlusion<f32>>,
+    ) -> Result<(), Infallible> {
+        let mut scratch = Scratch::default();
+        let targets = targets.iter().map(|&(light, _)| light);
+        found.extend(targets.map(|light| self.occlusion(receiver, light, &mut scratch)));
+        Ok(())
     }
 }
 
