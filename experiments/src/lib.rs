@@ -2,6 +2,7 @@
 //! the programs in `src/bin` write into `docs/results`.
 
 pub mod attenuation;
+pub mod coherence;
 pub mod figures;
 pub mod pictures;
 pub mod prefilter;

@@ -6,10 +6,10 @@ mod accelerations;
 mod cause;
 mod lookups;
 mod page;
-mod peers;
+pub(crate) mod peers;
 mod precompute;
-mod scenes;
-mod strips;
-mod trial;
+pub(crate) mod scenes;
+pub(crate) mod strips;
+pub(crate) mod trial;
 
 pub use self::{page::Effort, page::page};

@@ -16,7 +16,7 @@ use crate::soft_shadows::{Map, Method, views};
 pub(super) const VIEWS: [u32; 3] = [2, 4, 9];
 
 /// Views of a scene from so many points of its light.
-pub(super) fn tracer(scene: &dsm_scene::Scene, side: u32, count: u32) -> Result<ViewsTracer> {
+pub(crate) fn tracer(scene: &dsm_scene::Scene, side: u32, count: u32) -> Result<ViewsTracer> {
     let points = view_points(&scene.light.area()?, scene.light.view.target, count);
     views(scene, scene.light.raster([side; 2])?, points)
 }

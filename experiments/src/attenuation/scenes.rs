@@ -25,7 +25,7 @@ const CORNERS: u32 = 128;
 /// # Errors
 ///
 /// None: they are always the same.
-pub(super) fn scenes() -> Result<[(&'static str, Scene); 3]> {
+pub(crate) fn scenes() -> Result<[(&'static str, Scene); 3]> {
     Ok([("foliage", builtin_scene("foliage")?), ("flower", flower()?), ("knot", knot()?)])
 }
 

@@ -16,14 +16,20 @@ use super::trial::Attenuated;
 const SIZE: [u32; 2] = [24, 18];
 
 /// A scene that is drawn through a camera.
-struct Drawn {
+pub(crate) struct Drawn {
     scene: Scene,
-    traced: Arc<TracedScene>,
+    pub(crate) traced: Arc<TracedScene>,
     camera: Camera,
     settings: RenderSettings,
 }
 
 impl Drawn {
+    /// Through the scene's own camera.
+    pub(crate) fn of(scene: Scene, scale: u32) -> Result<Self> {
+        let camera = scene.camera;
+        Self::new(scene, camera, SIZE.map(|side| side * scale))
+    }
+
     fn new(scene: Scene, camera: Camera, resolution: [u32; 2]) -> Result<Self> {
         let traced = Arc::new(TracedScene::new(&scene)?);
         // Without the cosine, as in the paper's pictures of the plant.
@@ -31,7 +37,7 @@ impl Drawn {
         Ok(Self { scene, traced, camera: Camera { resolution, ..camera }, settings })
     }
 
-    fn draw<V>(&self, shadow: &V) -> Result<Image>
+    pub(crate) fn draw<V>(&self, shadow: &V) -> Result<Image>
     where
         V: LightVisibility,
         V::Error: std::error::Error + Send + Sync + 'static,

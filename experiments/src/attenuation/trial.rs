@@ -90,16 +90,16 @@ impl<S: HitSource<f32>> HitSource<f32> for Timed<S> {
 
 /// The difference from a reference.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Difference {
+pub(crate) struct Difference {
     /// Root of the mean square.
-    pub(super) rmse: f64,
+    pub(crate) rmse: f64,
     /// Mean: above 0 where it is too light.
-    pub(super) mean: f64,
+    pub(crate) mean: f64,
 }
 
 impl Difference {
     /// Of `found` from `reference`, which has one of every so many.
-    pub(super) fn new(found: &[f32], reference: &[f32], every: usize) -> Self {
+    pub(crate) fn new(found: &[f32], reference: &[f32], every: usize) -> Self {
         let count = reference.len().max(1) as f64;
         let pairs = found.iter().step_by(every.max(1)).zip(reference);
         let off = pairs.map(|(&a, &b)| f64::from(a) - f64::from(b));

@@ -132,6 +132,13 @@ impl Map {
         }
     }
 
+    /// A tracer of the layers, with the settings that suit most scenes; none of other maps.
+    pub(crate) fn layers_tracer(&self) -> Result<Option<MultilayerTracer<MultilayerMap<f32>>>> {
+        let Kind::Layers { map, .. } = &self.kind else { return Ok(None) };
+        let tracer = MultilayerTracer::new(Arc::clone(map), TraceSettings::default())?;
+        Ok(Some(tracer))
+    }
+
     /// What `use_shadow` does with the shadows of the map, by `rays` light
     /// samples a point.
     ///

@@ -113,6 +113,19 @@ impl Stage {
         counts.sum()
     }
 
+    /// The points of every so manieth block of `side` × `side` pixels, block by block.
+    #[must_use]
+    pub(crate) fn blocks(&self, side: usize, every: usize) -> Vec<Vec<ShadedPoint>> {
+        let [width, height] = self.image.map(|pixels| pixels as usize);
+        let [columns, rows] = [width, height].map(|pixels| pixels.div_ceil(side));
+        let mut blocks = vec![Vec::new(); columns * rows];
+        for (&pixel, &point) in self.pixels.iter().zip(&self.surfaces) {
+            blocks[pixel / width / side * columns + pixel % width / side].push(point);
+        }
+        let full = blocks.into_iter().filter(|block| !block.is_empty());
+        full.step_by(every).collect()
+    }
+
     /// The shadow factors of all points, and the processors' time for them.
     #[must_use]
     pub fn factors(&self, shadow: &Shadow<'_>, light: &AreaLight) -> Factors {
