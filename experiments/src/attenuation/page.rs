@@ -94,7 +94,9 @@ impl Effort {
     fn causes(&self) -> Result<String> {
         let stage = Stage::new("foliage", builtin_scene("foliage")?, self.image)?;
         let [every, _] = self.every;
-        cause::compare(&stage, self.map, (&reference(&stage, every)?, every))
+        let most = self.samples.last().copied().unwrap_or(1);
+        let traced = reference(&stage, every)?;
+        cause::compare(&stage, (self.map, most), (&traced, every))
     }
 
     /// Tables of a scene of another program: rays through views.
