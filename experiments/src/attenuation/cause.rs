@@ -40,9 +40,7 @@ fn trials() -> Vec<Trial> {
         Trial { name: "bias 1 texel", bias: Some(1.0), ..DEFAULT },
         Trial { name: "bias 4 texels", bias: Some(4.0), ..DEFAULT },
         Trial { name: "16 light samples", samples: 16, ..DEFAULT },
-        Trial { name: "256 light samples", samples: 256, ..DEFAULT },
         Trial { name: "tolerance 4 texels", tolerance: 4.0, ..DEFAULT },
-        Trial { name: "twice as fine", finer: 2, ..DEFAULT },
         Trial { name: "twice as fine, 16 light samples", finer: 2, samples: 16, ..DEFAULT },
         Trial { name: "4 times as fine, 16 light samples", finer: 4, samples: 16, ..DEFAULT },
     ]
@@ -57,7 +55,7 @@ fn texel(stage: &Stage, map: &Attenuated) -> f64 {
 /// The table of one scene: over all points, those of the floor and those above it.
 pub(super) fn compare(
     stage: &Stage,
-    side: u32,
+    (side, most): (u32, u32),
     (reference, every): (&Factors, usize),
 ) -> Result<String> {
     let light = stage.scene.light.area()?;
@@ -68,13 +66,14 @@ pub(super) fn compare(
     let mut last: Option<(u32, u32, f64, Attenuated)> = None;
     for trial in trials() {
         let side = side * trial.finer;
-        let key = (side, trial.samples, trial.tolerance);
+        let samples = trial.samples.min(most);
+        let key = (side, samples, trial.tolerance);
         let known = last
             .take()
             .filter(|(side, samples, tolerance, _)| (*side, *samples, *tolerance) == key);
         let map = match known {
             Some((.., map)) => map,
-            None => Attenuated::new(&stage.scene, side, trial.samples, trial.tolerance)?,
+            None => Attenuated::new(&stage.scene, side, samples, trial.tolerance)?,
         };
         let wide = texel(stage, &map);
         let mut shadow = map.shadow.clone().with_bilinear(trial.bilinear);
@@ -102,7 +101,7 @@ pub(super) fn compare(
             format!("{dark:.1} %"),
             format!("{wide:.4}"),
         ]);
-        last = Some((side, trial.samples, trial.tolerance, map));
+        last = Some((side, samples, trial.tolerance, map));
     }
     let header = ["", "RMSE", "floor", "object", "mean, object", "no layer, but lit", "a texel"];
     Ok(table(&header, rows))

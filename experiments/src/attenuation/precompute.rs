@@ -18,7 +18,6 @@ pub(super) struct Row {
 
 /// One point of the light after another, of a scene.
 pub(super) struct Precomputation {
-    pub(super) scene: &'static str,
     pub(super) points: usize,
     pub(super) rows: Vec<Row>,
 }
@@ -50,7 +49,7 @@ impl Precomputation {
             Ok(Row { samples, map, differences, micros })
         };
         let rows = samples.iter().map(row).collect::<Result<_>>()?;
-        Ok(Self { scene: stage.name, points: stage.points.len(), rows })
+        Ok(Self { points: stage.points.len(), rows })
     }
 
     /// The table of one scene.

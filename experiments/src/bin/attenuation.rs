@@ -21,8 +21,6 @@ fn main() -> Result<()> {
     let Some((output, folders)) = folders.split_first() else {
         bail!("usage: attenuation OUT [FOLDER…] [--every N] [--small]");
     };
-    // This thread alone, so that its time is all there is.
-    rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global()?;
     let scenes: Result<Vec<_>> =
         folders.iter().map(|folder| Compared::open(folder, every)).collect();
     page(&effort, &scenes?)?.write(output)

@@ -173,6 +173,7 @@ impl<T: Transmittance> AttenuationBuilder<T> {
     fn splat(&mut self, seen: &Seen<T>, view: u32) -> Result<()> {
         let side = self.frame.footprint(1.0);
         let size = self.frame.size().map(f64::from);
+        let lean = seen.lean(side);
         let first = seen.place.map(|at| (at - 0.5).floor());
         for (down, right) in [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)] {
             let texel = [first[0] + right, first[1] + down];
@@ -180,7 +181,7 @@ impl<T: Transmittance> AttenuationBuilder<T> {
             let is_inside = (0..2).all(|axis| (0.0..size[axis]).contains(&texel[axis]));
             if is_inside && (1.0 - off[0]) * (1.0 - off[1]) > LEAST_SHARE {
                 let w = seen.w_at(texel, side);
-                self.image.insert(texel.map(|at| at as u32), w, seen.passed, view)?;
+                self.image.insert(texel.map(|at| at as u32), (w, lean), seen.passed, view)?;
             }
         }
         Ok(())

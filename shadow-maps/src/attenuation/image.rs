@@ -52,15 +52,21 @@ impl<T: Transmittance> LayeredImage<T> {
     }
 
     /// Counts what `view` passes to a place of a texel: into the nearest layer within
-    /// reach, or a new one. O(layers of the texel).
+    /// reach, `lean` times as far on a slope, or a new one. O(layers of the texel).
     ///
     /// # Errors
     ///
     /// [`Error::TooLarge`] past 2³² − 1 layers.
     #[inline]
-    pub(super) fn insert(&mut self, [x, y]: [u32; 2], w: f64, passed: T, view: u32) -> Result<()> {
+    pub(super) fn insert(
+        &mut self,
+        [x, y]: [u32; 2],
+        (w, lean): (f64, f64),
+        passed: T,
+        view: u32,
+    ) -> Result<()> {
         let texel = y as usize * self.size[0] as usize + x as usize;
-        let (mut nearest, mut least) = (NONE, self.reach * w);
+        let (mut nearest, mut least) = (NONE, lean * self.reach * w);
         let mut at = self.first[texel];
         while let Some(layer) = self.layers.get(at as usize) {
             let off = (layer.w - w).abs();
@@ -118,7 +124,7 @@ mod tests {
         for (w, passed, view) in
             [(0.5, 1.0, 0), (0.5, 1.0, 0), (0.504, 0.25, 1), (0.5, 0.5, 1), (0.52, 1.0, 1)]
         {
-            image.insert([1, 0], w, passed, view).unwrap();
+            image.insert([1, 0], (w, 1.0), passed, view).unwrap();
         }
         assert!(image.sorted(0).is_empty());
         let found: Vec<_> =

@@ -42,6 +42,14 @@ pub(super) struct Seen<T> {
 type SeenRow<T> = (Vec<Vec<Seen<T>>>, u64);
 
 impl<T> Seen<T> {
+    /// By how much more depths differ on its plane than across it, as far as that is
+    /// followed.
+    #[inline]
+    pub(super) fn lean(&self, side: f64) -> f64 {
+        let [x, y] = self.gradient;
+        1.0_f64.hypot(x.hypot(y) / (side * self.w)).min(STEEP)
+    }
+
     /// w of its plane in the middle of a texel, as far as that is followed: `side` is a
     /// texel's, as a share of the depth.
     #[inline]

@@ -16,6 +16,10 @@ use super::trace::Walk;
 /// How far from its receiver a ray starts, in sides of a pixel of the view there.
 const START: f64 = 1.0;
 
+/// How far along a ray it is blocked by the surface that it starts on: little, so that other
+/// points see that to another side.
+const OWN_SURFACE: f64 = 1.0 / 1024.0;
+
 /// More than shares of rays are rounded by, relative.
 const ROUNDING: f64 = 1.0 / (1 << 30) as f64;
 
@@ -260,7 +264,9 @@ impl ViewsTracer {
             _ => false,
         };
         if is_below {
-            return Occlusion { transmittance: 0.0, blocker: None };
+            // The surface itself blocks it, where the point is.
+            let blocker = Some(point.position.lerp(light, OWN_SURFACE));
+            return Occlusion { transmittance: 0.0, blocker };
         }
         let (fate, blocker) = self.trace_with(point.position, light, scratch);
         Occlusion { transmittance: if fate.blocked { 0.0 } else { 1.0 }, blocker }
