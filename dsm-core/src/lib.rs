@@ -69,9 +69,11 @@ pub mod detail {
         compress::{
             compressor::{Compression, Compressor},
             greedy::{End, GreedyCompressor, compress},
+            min_link::compressor::MinLinkCompressor,
             paper_greedy::paper_greedy,
             quantization::Quantization,
             rounded::{Rounded, RoundedCompressor},
+            side::Side,
         },
         curve::{
             optical_depth_chords::OpticalDepthChords,

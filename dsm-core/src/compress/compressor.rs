@@ -11,7 +11,7 @@ pub trait Compressor<T: Transmittance> {
     /// for the V of `vertices`, which keep the invariant of visibility functions
     /// and end with V(∞): V′ ends with it too, rounded, and keeps the invariant.
     fn compress(
-        &self,
+        &mut self,
         tolerance: Tolerance,
         vertices: &[SumVertex<T>],
         emit: &mut impl FnMut(Vertex<T>),
@@ -47,7 +47,7 @@ pub enum Compression {
 impl<T: Transmittance> Compressor<T> for Compression {
     #[inline]
     fn compress(
-        &self,
+        &mut self,
         tolerance: Tolerance,
         vertices: &[SumVertex<T>],
         emit: &mut impl FnMut(Vertex<T>),

@@ -40,7 +40,7 @@ impl<T: Transmittance> RoundedCompressor<T> {
         vertices: &mut Vec<Vertex<T>>,
     ) -> Rounded {
         let start = vertices.len();
-        let compressor = Compression::default();
+        let mut compressor = Compression::default();
         let mut emit = |vertex| vertices.push(vertex);
         match self.quantization {
             None => compressor.compress(tolerance, exact, &mut emit),

@@ -1,0 +1,10 @@
+//! Compression to the fewest vertices.
+
+pub(crate) mod compressor;
+mod extent;
+mod hull;
+mod joint;
+mod link;
+mod rounding;
+mod rungs;
+mod walk;
