@@ -1,7 +1,10 @@
 //! The side of a function on which what stands for it keeps.
 
+use serde::{Deserialize, Serialize};
+
 /// The side of V on which V′ keeps: how the tolerance is used.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Side {
     /// Within ε above and below.
     #[default]
