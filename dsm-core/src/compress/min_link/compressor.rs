@@ -2,7 +2,7 @@
 
 use super::extent::Extent;
 use super::joint::JointWalk;
-use super::rounding;
+use super::rounding::Rounding;
 use super::rungs::{self, Bounds, End, Rung};
 use super::walk::Walk;
 use crate::compress::compressor::Compressor;
@@ -18,9 +18,6 @@ const JOINED: f64 = 1.0 / 8.0;
 
 /// The number of vertices up to which none are passed as one.
 const EXACT_UP_TO: usize = 128;
-
-/// The share of ε that is left for the rounding of depths, where links are steep.
-const DEPTH_ROUNDING: f64 = 1.0 / (1 << 10) as f64;
 
 /// What rounding a value to `f32` may move it by, and a lookup again.
 const VALUE_ROUNDING: f64 = 1.0 / (1 << 25) as f64;
@@ -47,7 +44,7 @@ const ATTEMPTS: usize = 4;
 /// - V′ satisfies the invariant as well, is 1 before V first falls and ends with V(∞)
 ///   rounded to `f32`, at the depth where V does at the latest;
 /// - no polyline with vertical steps that does all that in a tube narrower than ε by a
-///   500th has fewer vertices, if V has at most 128 and one channel. With more, runs of
+///   128th has fewer vertices, if V has at most 128 and one channel. With more, runs of
 ///   falls up to ε/8 are passed as one, which costs about 2 % vertices; several
 ///   channels share their depths, which are depths of V, and have few vertices, not the
 ///   fewest.
@@ -127,7 +124,8 @@ impl<T: Transmittance> MinLinkCompressor<T> {
                 let value = vertex.value.as_ref();
                 value.iter().all(|channel| *channel == value[0])
             });
-        let mut spent = 2.0 * VALUE_ROUNDING + SUM_ROUNDING + epsilon * DEPTH_ROUNDING;
+        let rounding = Rounding::new(self.side, epsilon);
+        let mut spent = 2.0 * VALUE_ROUNDING + SUM_ROUNDING + rounding.spent();
         for _ in 0..ATTEMPTS {
             let [below, above] = self
                 .shares
@@ -140,9 +138,9 @@ impl<T: Transmittance> MinLinkCompressor<T> {
             let joined =
                 if vertices.len() > EXACT_UP_TO { JOINED * 0.5 * (below + above) } else { 0.0 };
             if is_mono {
-                self.draw_one(&bounds(0), end.as_ref()[0], joined, vertices);
+                self.draw_one(&bounds(0), end.as_ref()[0], joined, &rounding, vertices);
             } else {
-                self.draw_joint(&[0, 1, 2].map(bounds), end, joined, vertices);
+                self.draw_joint(&[0, 1, 2].map(bounds), end, joined, &rounding, vertices);
             }
             let Some(excess) = self.is_kept(epsilon, vertices) else { return true };
             spent = 2.0 * spent + 4.0 * excess;
@@ -155,12 +153,26 @@ impl<T: Transmittance> MinLinkCompressor<T> {
         if self.side == Side::Lighter { last } else { end.max(last) + SUM_ROUNDING }
     }
 
-    fn draw_one(&mut self, bounds: &Bounds, end: f64, joined: f64, vertices: &[SumVertex<T>]) {
+    fn draw_one(
+        &mut self,
+        bounds: &Bounds,
+        end: f64,
+        joined: f64,
+        rounding: &Rounding,
+        vertices: &[SumVertex<T>],
+    ) {
         let end = End { last: [bounds.last], reached: [self.reached(end, bounds.last)] };
         let depth = |index: usize| vertices[index].z;
         let value = |index: usize| [vertices[index].value.as_ref()[0]];
         rungs::fill(&mut self.rungs, vertices.len(), depth, value, &end, joined);
-        rounding::round(self.walk.run(&self.rungs, bounds), self.side, &mut self.stored);
+        let [first, .., last] = self.rungs.as_slice() else {
+            // All that falls does so at one depth.
+            let path = self.walk.run(&self.rungs, bounds);
+            rounding.store(path, [0.0, f64::INFINITY], &mut self.stored);
+            return;
+        };
+        let depths = [first.start, last.end];
+        rounding.store(self.walk.run(&self.rungs, bounds), depths, &mut self.stored);
     }
 
     fn draw_joint(
@@ -168,6 +180,7 @@ impl<T: Transmittance> MinLinkCompressor<T> {
         bounds: &[Bounds; 3],
         end: T::Sum,
         joined: f64,
+        rounding: &Rounding,
         vertices: &[SumVertex<T>],
     ) {
         let last = T::sum_from_channels(|channel| bounds[channel].last);
@@ -184,8 +197,12 @@ impl<T: Transmittance> MinLinkCompressor<T> {
         for corner in path {
             // Depths of V need no rounding.
             highest = T::from_channels(|channel| {
-                let value = self.side.round(corner.value.as_ref()[channel]);
-                value.clamp(0.0, highest.channel(channel))
+                let exact = corner.value.as_ref()[channel];
+                let last = bounds[channel].last as f32;
+                // Ends stay as they are.
+                let is_end = exact >= 1.0 || exact <= bounds[channel].last;
+                let value = if is_end { exact as f32 } else { rounding.value(exact) };
+                value.max(last).min(highest.channel(channel))
             });
             self.stored.push(Vertex::new(corner.z, highest));
         }
