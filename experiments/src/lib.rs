@@ -1,6 +1,7 @@
 //! The papers' experiments, measured again: figures, tables and pictures, which
 //! the programs in `src/bin` write into `docs/results`.
 
+pub mod compression;
 pub mod figures;
 pub mod pictures;
 pub mod prefilter;
