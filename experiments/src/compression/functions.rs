@@ -141,7 +141,7 @@ impl Tile {
             vertices: pixels.view().vertex_count() as f64 / count,
             shade: self.shade / count / epsilon,
             distance: (self.square / count).sqrt() / epsilon,
-            exact: tile.payload.len() as f64 / count,
+            exact: tile.bytes.len() as f64 / count,
             ..Outcome::default()
         })
     }

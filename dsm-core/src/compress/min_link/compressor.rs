@@ -4,6 +4,7 @@ use super::extent::Extent;
 use super::joint::JointWalk;
 use super::rounding::Rounding;
 use super::rungs::{self, Bounds, End, Rung};
+use super::shorten::shorten;
 use super::walk::Walk;
 use crate::compress::compressor::Compressor;
 use crate::compress::greedy::{self, GreedyCompressor};
@@ -165,14 +166,12 @@ impl<T: Transmittance> MinLinkCompressor<T> {
         let depth = |index: usize| vertices[index].z;
         let value = |index: usize| [vertices[index].value.as_ref()[0]];
         rungs::fill(&mut self.rungs, vertices.len(), depth, value, &end, joined);
-        let [first, .., last] = self.rungs.as_slice() else {
-            // All that falls does so at one depth.
-            let path = self.walk.run(&self.rungs, bounds);
-            rounding.store(path, [0.0, f64::INFINITY], &mut self.stored);
-            return;
-        };
-        let depths = [first.start, last.end];
-        rounding.store(self.walk.run(&self.rungs, bounds), depths, &mut self.stored);
+        let path = self.walk.run(&self.rungs, bounds);
+        if let [first, .., last] = self.rungs.as_slice() {
+            rounding.move_depths(path, [first.start, last.end]);
+            shorten(path, &self.rungs, bounds);
+        }
+        rounding.store(path, &mut self.stored);
     }
 
     fn draw_joint(

@@ -7,4 +7,5 @@ mod joint;
 mod link;
 mod rounding;
 mod rungs;
+mod shorten;
 mod walk;

@@ -47,42 +47,49 @@ impl Rounding {
         (whole * self.grid) as f32
     }
 
-    /// Replaces `stored` by the vertices of the path with corners `path`: values do not
-    /// rise, at most two corners stay at one depth, none leaves `depths`, and the first
-    /// and the last value are those of the path.
+    /// Moves the corners of a path to short depths, none out of `depths`.
     ///
-    /// Where a corner's depth is moved, its value follows one of the lines that meet
-    /// there: the upper one where no value may become darker, the lower one where none
-    /// may become lighter, and else their mean.
-    pub(super) fn store<T: Transmittance>(
-        &self,
-        path: &[Point],
-        depths: [f64; 2],
-        stored: &mut Vec<Vertex<T>>,
-    ) {
+    /// A corner's value then follows one of the lines that meet there: the upper one where
+    /// no value may become darker, the lower one where none may become lighter, and else
+    /// their mean.
+    pub(super) fn move_depths(&self, path: &mut [Point], depths: [f64; 2]) {
+        let last = path.len().saturating_sub(1);
+        // As it was before it was moved.
+        let mut before = None;
+        for index in 0..path.len() {
+            let corner = path[index];
+            let near = before.map_or(0.0, |near| slope(near, corner));
+            let far = path.get(index + 1).map_or(0.0, |&far| slope(corner, far));
+            let near_z = before.map(|near| near.z);
+            before = Some(corner);
+            let z = f64::from(self.depth(path, index, near_z, far - near, depths));
+            let moved = z - corner.z;
+            path[index].z = z;
+            if (1..last).contains(&index) && near.is_finite() && far.is_finite() {
+                let [near, far] = [near, far].map(|slope| corner.y + slope * moved);
+                path[index].y = match self.side {
+                    Side::Both => 0.5 * (near + far),
+                    Side::Lighter => near.max(far),
+                    Side::Darker => near.min(far),
+                };
+            }
+        }
+    }
+
+    /// Replaces `stored` by the vertices of the path with corners `path`, whose depths are
+    /// `f32`s: values do not rise, at most two corners stay at one depth, and the first and
+    /// the last value are those of the path.
+    pub(super) fn store<T: Transmittance>(&self, path: &[Point], stored: &mut Vec<Vertex<T>>) {
         stored.clear();
         let Some(lowest) = path.last().map(|last| last.y as f32) else { return };
         let last = path.len() - 1;
         let mut highest = 1.0_f32;
         for (index, corner) in path.iter().enumerate() {
             let is_end = index == 0 || index == last;
-            let [near, far] = slopes(path, index);
-            let z = self.depth(path, index, far - near, depths);
-            let value = if is_end {
-                corner.y as f32
-            } else {
-                let moved = f64::from(z) - corner.z;
-                let [near, far] = [near, far].map(|slope| {
-                    if slope.is_finite() { corner.y + slope * moved } else { corner.y }
-                });
-                self.value(match self.side {
-                    Side::Both => 0.5 * (near + far),
-                    Side::Lighter => near.max(far),
-                    Side::Darker => near.min(far),
-                })
-            };
+            let value = if is_end { corner.y as f32 } else { self.value(corner.y) };
             let value = value.max(lowest).min(highest);
             highest = value;
+            let z = corner.z as f32;
             let is_third =
                 stored.len() >= 2 && stored[stored.len() - 2..].iter().all(|vertex| vertex.z == z);
             if is_third {
@@ -94,9 +101,16 @@ impl Rounding {
 
     /// The stored depth of a corner where the slope changes by `bend`: with as few bits
     /// as the room allows, but that of a step exactly.
-    fn depth(&self, path: &[Point], index: usize, bend: f64, depths: [f64; 2]) -> f32 {
+    fn depth(
+        &self,
+        path: &[Point],
+        index: usize,
+        near: Option<f64>,
+        bend: f64,
+        depths: [f64; 2],
+    ) -> f32 {
         let z = path[index].z;
-        let (near, far) = (index.checked_sub(1).map(|near| path[near].z), path.get(index + 1));
+        let far = path.get(index + 1);
         let before = z - near.unwrap_or(depths[0]);
         let behind = far.map_or(depths[1], |far| far.z) - z;
         let is_step = near == Some(z) || far.is_some_and(|far| far.z == z);
@@ -130,14 +144,9 @@ impl Rounding {
     }
 }
 
-/// The slopes before and behind a corner; 0 outside, where plateaus are.
-fn slopes(path: &[Point], index: usize) -> [f64; 2] {
-    let slope = |from: Point, to: Point| {
-        if to.z > from.z { (to.y - from.y) / (to.z - from.z) } else { f64::NEG_INFINITY }
-    };
-    let near = index.checked_sub(1).map_or(0.0, |near| slope(path[near], path[index]));
-    let far = path.get(index + 1).map_or(0.0, |&far| slope(path[index], far));
-    [near, far]
+/// The slope from one corner to the next; infinite of a step.
+fn slope(from: Point, to: Point) -> f64 {
+    if to.z > from.z { (to.y - from.y) / (to.z - from.z) } else { f64::NEG_INFINITY }
 }
 
 /// The largest power of two that is not above `value`, a positive normal number.
@@ -156,7 +165,9 @@ mod tests {
         let mut stored: Vec<Vertex<f32>> = Vec::new();
         for side in [Side::Both, Side::Lighter, Side::Darker] {
             let rounding = Rounding::new(side, 0.0625);
-            rounding.store(&path, [1.0, 5.0], &mut stored);
+            let mut moved = path;
+            rounding.move_depths(&mut moved, [1.0, 5.0]);
+            rounding.store(&moved, &mut stored);
             assert_eq!(stored.len(), 5);
             // Steps and ends stay; between them are multiples of a 4096th.
             assert_eq!([stored[2].z, stored[3].z], [2.7, 2.7]);
