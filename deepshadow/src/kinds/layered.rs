@@ -41,7 +41,7 @@ pub(super) fn check(settings: &Bake) -> Result<()> {
         return refuse("--codec quantized", "deep");
     }
     if settings.compression.is_some() {
-        return refuse("--method and --side", "deep");
+        return refuse("compression by --method or --side", "deep");
     }
     if settings.depth_error.is_some() {
         return refuse("--depth-error", "deep");

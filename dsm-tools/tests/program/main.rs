@@ -5,6 +5,7 @@
 
 mod bake;
 mod cases;
+mod compression;
 mod convert;
 mod diff;
 mod disk;
