@@ -55,12 +55,8 @@ pub(crate) fn fewest(vertices: &[SumVertex<f32>], epsilon: f64, depths: &[f64]) 
     for count in 1.. {
         assert!(count <= vertices.len() + 2, "V itself is a path");
         // The last vertex is the far side of no step.
-        for at in 0..places.len() {
-            let through: Vec<_> = before[at]
-                .iter()
-                .filter_map(|&reached| within(reached, places[at].behind))
-                .collect();
-            behind[at].extend(through);
+        for ((behind, before), place) in behind.iter_mut().zip(&before).zip(&places) {
+            behind.extend(before.iter().filter_map(|&reached| within(reached, place.behind)));
         }
         let ends = |reached: &Reached| reached.iter().any(|&reached| holds(reached, last));
         if (0..places.len()).any(|at| {
@@ -70,8 +66,8 @@ pub(crate) fn fewest(vertices: &[SumVertex<f32>], epsilon: f64, depths: &[f64]) 
             return count;
         }
         let mut next = vec![Vec::new(); places.len()];
-        for at in 0..places.len() {
-            for source in merged(&behind[at]) {
+        for (at, behind) in behind.iter().enumerate() {
+            for source in merged(behind) {
                 reach(&places, at, source, &mut next);
             }
         }

@@ -57,8 +57,8 @@ const ATTEMPTS: usize = 4;
 /// from one function to the next.
 ///
 /// ```
-/// use dsm_core::{Tolerance, Vertex};
-/// use dsm_core::detail::{Compressor, MinLinkCompressor, Side};
+/// use dsm_core::{Side, Tolerance, Vertex};
+/// use dsm_core::detail::{Compressor, MinLinkCompressor};
 ///
 /// // Ten sheets that each stop a twentieth of the light.
 /// let left = |sheets: u8| [f64::from(20 - sheets) / 20.0];
