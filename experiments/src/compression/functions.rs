@@ -20,7 +20,10 @@ use crate::figures::seconds;
 const SIDE: u32 = 16;
 
 /// Rounds of which times are the median.
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 3;
+
+/// Seconds that a method works in a round at least: clocks of a thread may tick slowly.
+const LEAST_SECONDS: f64 = 0.15;
 
 /// The compressors of the library.
 pub(super) const METHODS: [CompressionMethod; 2] =
@@ -152,17 +155,24 @@ impl Tile {
 fn times(tolerance: Tolerance, functions: &[Vec<SumVertex<f32>>]) -> [f64; 2] {
     let start = Instant::now();
     let count: usize = functions.iter().map(Vec::len).sum();
-    let passes = (400_000 / count).max(1);
     let mut compressors = METHODS.map(|method| Compression::new(method).compressor::<f32>());
     let mut taken = [const { Vec::new() }; 2];
     let mut written = 0_usize;
     for _ in 0..ROUNDS {
         for (compressor, taken) in compressors.iter_mut().zip(&mut taken) {
-            let before = seconds(start);
-            for function in (0..passes).flat_map(|_| functions) {
-                compressor.compress(tolerance, function, &mut |_| written += 1);
-            }
-            taken.push((seconds(start) - before) * 1e9 / (passes * count) as f64);
+            let (before, mut passes) = (seconds(start), 0);
+            let spent = loop {
+                // Many vertices between two looks at the clock.
+                for function in (0..=20_000 / count).flat_map(|_| functions) {
+                    compressor.compress(tolerance, function, &mut |_| written += 1);
+                }
+                passes += 1 + 20_000 / count;
+                let spent = seconds(start) - before;
+                if spent >= LEAST_SECONDS {
+                    break spent;
+                }
+            };
+            taken.push(spent * 1e9 / (passes * count) as f64);
         }
     }
     std::hint::black_box(written);

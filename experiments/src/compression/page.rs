@@ -52,7 +52,7 @@ fn functions(kinds: &[Kind], text: &mut String) -> Result<()> {
         text,
         "## Vertices, errors, time\n\n256 functions of each kind: the mean of N rays, at \
          ε = 0.25/√N. *Shade*: the mean of V′ − V, in ε; below 0 is darker. *Distance*: the \
-         root of the mean square. *ns*: for a vertex of V, the median of five rounds in turn on \
+         root of the mean square. *ns*: for a vertex of V, the median of three rounds in turn on \
          one thread.\n"
     )?;
     let header = [
