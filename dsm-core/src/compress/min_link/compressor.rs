@@ -53,7 +53,7 @@ const ATTEMPTS: usize = 4;
 /// With a [`Side`] other than both, V′ keeps on that side of V, rounding and the last
 /// value included.
 ///
-/// O(n) amortised; twice the time of a greedy pass for each attempt. Keeps its memory
+/// O(n) amortised; four to ten times the time of a greedy pass. Keeps its memory
 /// from one function to the next.
 ///
 /// ```
