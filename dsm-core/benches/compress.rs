@@ -4,8 +4,8 @@
 #![expect(clippy::expect_used, reason = "a benchmark may panic")]
 
 use divan::counter::ItemsCount;
-use dsm_core::detail::{End, GreedyCompressor, SumVertex, VisibilityDifference};
-use dsm_core::{Rgb, Tolerance, Transmittance, Vertex};
+use dsm_core::detail::{ChosenCompressor, Compressor, SumVertex, VisibilityDifference};
+use dsm_core::{Compression, CompressionMethod, Rgb, Tolerance, Transmittance, Vertex};
 
 const FUNCTIONS: u32 = 1000;
 const EVENTS: u32 = 256;
@@ -82,29 +82,22 @@ fn medium<T: Transmittance>(function: u32) -> Vec<SumVertex<T>> {
     vertices
 }
 
-/// Compresses one function into `compressed`.
-fn compress<T: Transmittance>(
-    tolerance: Tolerance,
-    vertices: &[SumVertex<T>],
-    compressed: &mut Vec<Vertex<T>>,
-) {
-    let end = End::Known(vertices[vertices.len() - 1].value);
-    let mut compressor = GreedyCompressor::new(tolerance, end);
-    compressor.push_all(vertices, &mut |vertex| compressed.push(vertex));
-    compressor.finish(&mut |vertex| compressed.push(vertex));
-}
+const GREEDY: CompressionMethod = CompressionMethod::Greedy;
+const MIN_LINK: CompressionMethod = CompressionMethod::MinLink;
 
 fn run<T: Transmittance>(
     bencher: divan::Bencher,
     function: impl Fn(u32) -> Vec<SumVertex<T>>,
+    method: CompressionMethod,
     epsilon: f32,
 ) {
     let tolerance = Tolerance::new(epsilon).expect("a valid tolerance");
     let functions: Vec<_> = (0..FUNCTIONS).map(function).collect();
-    let mut compressed = Vec::new();
+    let mut compressor: ChosenCompressor<T> = Compression::new(method).compressor();
+    let mut compressed: Vec<Vertex<T>> = Vec::new();
     for vertices in &functions {
         compressed.clear();
-        compress::<T>(tolerance, vertices, &mut compressed);
+        compressor.compress(tolerance, vertices, &mut |vertex| compressed.push(vertex));
         let stored: Vec<SumVertex<T>> =
             compressed.iter().map(|vertex| Vertex::new(vertex.z, vertex.value.to_sum())).collect();
         let difference = VisibilityDifference::between(vertices, &stored).max();
@@ -112,11 +105,9 @@ fn run<T: Transmittance>(
     }
     let input: usize = functions.iter().map(Vec::len).sum();
     bencher.counter(ItemsCount::new(input)).bench_local(|| {
-        let mut written = 0;
+        let mut written = 0_usize;
         for vertices in &functions {
-            compressed.clear();
-            compress::<T>(tolerance, vertices, &mut compressed);
-            written += compressed.len();
+            compressor.compress(tolerance, vertices, &mut |_| written += 1);
         }
         written
     });
@@ -124,15 +115,30 @@ fn run<T: Transmittance>(
 
 #[divan::bench(args = TOLERANCES, types = [f32, Rgb])]
 fn sheets_of_opacity<T: Transmittance>(bencher: divan::Bencher, epsilon: f32) {
-    run::<T>(bencher, sheets::<T>, epsilon);
+    run::<T>(bencher, sheets::<T>, GREEDY, epsilon);
 }
 
 #[divan::bench(args = TOLERANCES, types = [f32, Rgb])]
 fn hair_of_16_rays<T: Transmittance>(bencher: divan::Bencher, epsilon: f32) {
-    run::<T>(bencher, hair::<T>, epsilon);
+    run::<T>(bencher, hair::<T>, GREEDY, epsilon);
 }
 
 #[divan::bench(args = TOLERANCES, types = [f32, Rgb])]
 fn smooth_medium<T: Transmittance>(bencher: divan::Bencher, epsilon: f32) {
-    run::<T>(bencher, medium::<T>, epsilon);
+    run::<T>(bencher, medium::<T>, GREEDY, epsilon);
+}
+
+#[divan::bench(args = TOLERANCES, types = [f32, Rgb])]
+fn fewest_of_sheets<T: Transmittance>(bencher: divan::Bencher, epsilon: f32) {
+    run::<T>(bencher, sheets::<T>, MIN_LINK, epsilon);
+}
+
+#[divan::bench(args = TOLERANCES, types = [f32, Rgb])]
+fn fewest_of_hair<T: Transmittance>(bencher: divan::Bencher, epsilon: f32) {
+    run::<T>(bencher, hair::<T>, MIN_LINK, epsilon);
+}
+
+#[divan::bench(args = TOLERANCES, types = [f32, Rgb])]
+fn fewest_of_a_medium<T: Transmittance>(bencher: divan::Bencher, epsilon: f32) {
+    run::<T>(bencher, medium::<T>, MIN_LINK, epsilon);
 }

@@ -36,6 +36,10 @@ pub use camera::{
     view::{Projection, View},
     view_raster::ViewRaster,
 };
+pub use compress::{
+    compressor::{Compression, CompressionMethod},
+    side::Side,
+};
 pub use error::Error;
 pub use field::bias::Bias;
 pub use field::{filtered::filtered_lookup, footprint::Footprint, receiver::Receiver};
@@ -68,8 +72,9 @@ pub mod detail {
         },
         camera::{pixel_window::PixelWindow, projection::MapProjection, shadow_camera::DepthKind},
         compress::{
-            compressor::{Compression, Compressor},
+            compressor::{ChosenCompressor, Compressor},
             greedy::{End, GreedyCompressor, compress},
+            min_link::compressor::MinLinkCompressor,
             paper_greedy::paper_greedy,
             quantization::Quantization,
             rounded::{Rounded, RoundedCompressor},

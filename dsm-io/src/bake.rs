@@ -5,9 +5,10 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use dsm_core::detail::{
-    BakedTile, Compression, Compressor, ExactPixel, MipPyramid, SumVertex, VisibilityDifference,
+    BakedTile, Compressor, ExactPixel, MipPyramid, SumVertex, VisibilityDifference,
 };
-use dsm_core::{BakeSettings, Baker, HitSource, Progress, Tolerance, Transmittance, Vertex};
+use dsm_core::{BakeSettings, Baker, Compression, CompressionMethod, HitSource, Progress, Side};
+use dsm_core::{Tolerance, Transmittance, Vertex};
 
 use crate::achieved_error::AchievedError;
 use crate::codec::{Codec, Packing};
@@ -335,10 +336,10 @@ struct ExactTile<T: Transmittance> {
 impl<T: Transmittance> ExactTile<T> {
     /// Joins chords of the vertices from `start` on that are shorter than
     /// they need to be; returns the error of that.
-    fn join_chords(&mut self, start: usize, tolerance: Tolerance) -> f64 {
+    fn join_chords(&mut self, start: usize, tolerance: Tolerance, compression: Compression) -> f64 {
         let exact = &self.vertices[start..];
         let mut joined: Vec<SumVertex<T>> = Vec::new();
-        Compression::default().compress(tolerance, exact, &mut |vertex: Vertex<T>| {
+        compression.compressor().compress(tolerance, exact, &mut |vertex: Vertex<T>| {
             joined.push(Vertex::new(vertex.z, vertex.value.to_sum()));
         });
         let error = VisibilityDifference::between(exact, joined.as_slice()).max();
@@ -388,12 +389,17 @@ where
         let mut tile = ExactTile { vertices: Vec::new(), pixels };
         let chord = self.coarse.map_or(settings.tolerance().chord(), |coarse| coarse.chord);
         let mut is_curved = false;
+        // On either side one pass will do: chords are joined, not left out.
+        let joining = match settings.compression.side {
+            Side::Both => Compression::new(CompressionMethod::Greedy),
+            Side::Lighter | Side::Darker => settings.compression,
+        };
         let visit = |pixel: ExactPixel<'_, T>| {
             let start = tile.vertices.len();
             tile.vertices.extend_from_slice(pixel.vertices());
             let mut error = if pixel.is_curved() { chord } else { 0.0 };
             if let Some(coarse) = self.coarse.filter(|_| pixel.is_curved()) {
-                error += tile.join_chords(start, coarse.joined);
+                error += tile.join_chords(start, coarse.joined, joining);
             }
             is_curved |= pixel.is_curved();
             let [x, y] = [0, 1].map(|axis| (pixel.pixel()[axis] - first[axis]) as usize);

@@ -3,7 +3,7 @@
 use dsm_core::detail::{
     PixelLists, Quantization, Rounded, RoundedCompressor, SumVertex, VisibilityView,
 };
-use dsm_core::{PixelListsBuilder, Tolerance, Transmittance, Vertex};
+use dsm_core::{Compression, PixelListsBuilder, Tolerance, Transmittance, Vertex};
 
 use crate::achieved_error::AchievedError;
 use crate::error::{Result, check_tile_bytes};
@@ -14,6 +14,7 @@ use crate::error::{Result, check_tile_bytes};
 pub(crate) struct MeasuredPixels<T: Transmittance> {
     pixels: PixelListsBuilder<T>,
     tolerance: Tolerance,
+    compression: Compression,
     compressor: RoundedCompressor<T>,
     /// One pixel's vertices.
     vertices: Vec<Vertex<T>>,
@@ -28,11 +29,16 @@ pub(crate) struct MeasuredPixels<T: Transmittance> {
 impl<T: Transmittance> MeasuredPixels<T> {
     /// For width × height pixels, none of which may be off by more than
     /// `tolerance` in the end.
-    pub(crate) fn new([width, height]: [u32; 2], tolerance: Tolerance) -> Self {
+    pub(crate) fn new(
+        [width, height]: [u32; 2],
+        tolerance: Tolerance,
+        compression: Compression,
+    ) -> Self {
         Self {
             pixels: PixelListsBuilder::new(width, height),
             tolerance,
-            compressor: RoundedCompressor::new(None),
+            compression,
+            compressor: RoundedCompressor::new(None, compression),
             vertices: Vec::new(),
             count: 0,
             bytes: 0,
@@ -44,7 +50,8 @@ impl<T: Transmittance> MeasuredPixels<T> {
 
     /// Rounds what is left of every function to grids, within the tolerance.
     pub(crate) fn rounded_to(self, quantization: Option<Quantization>) -> Self {
-        Self { compressor: RoundedCompressor::new(quantization), ..self }
+        let compressor = RoundedCompressor::new(quantization, self.compression);
+        Self { compressor, ..self }
     }
 
     /// Adds a pixel whose function ends with the last of these vertices and is
@@ -106,7 +113,7 @@ mod tests {
     #[test]
     fn errors_are_those_of_the_stored_values() {
         let tolerance = Tolerance::new(0.1).unwrap();
-        let mut pixels = MeasuredPixels::<f32>::new([3, 1], tolerance);
+        let mut pixels = MeasuredPixels::<f32>::new([3, 1], tolerance, Compression::default());
         // Two steps that one ramp replaces, and what was spent before.
         let steps = [(1.0, 1.0), (1.0, 0.95), (2.0, 0.95), (2.0, 0.9)];
         let steps = steps.map(|(z, value)| Vertex::new(z, [value]));

@@ -3,6 +3,7 @@
 
 pub mod attenuation;
 pub mod coherence;
+pub mod compression;
 pub mod figures;
 pub mod pictures;
 pub mod prefilter;

@@ -2,10 +2,10 @@
 //! 2007, §5.1).
 
 use dsm_core::detail::{
-    Compression, Compressor, SampledPixel, SumVertex, TransmittanceBuilder, TransmittanceFunction,
+    Compressor, SampledPixel, SumVertex, TransmittanceBuilder, TransmittanceFunction,
     VisibilityDifference, VisibilitySweep,
 };
-use dsm_core::{RayHits, Tolerance, Transmittance, Vertex};
+use dsm_core::{Compression, CompressionMethod, RayHits, Tolerance, Transmittance, Vertex};
 
 use crate::layer::Layer;
 use crate::multilayer_settings::MultilayerSettings;
@@ -179,7 +179,9 @@ impl<T: Transmittance> RunBuilder<T> {
         let mut emit = |vertex: Vertex<T>| {
             layers.push(Layer { depth: vertex.z, visibility: vertex.value, count: 0 });
         };
-        Compression::default().compress(tolerance, &self.exact, &mut emit);
+        // Layers stand at depths of samples.
+        let greedy = Compression::new(CompressionMethod::Greedy);
+        greedy.compressor().compress(tolerance, &self.exact, &mut emit);
     }
 
     /// Gives every sample of the run to the layer that ends with it: at the

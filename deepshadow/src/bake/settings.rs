@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use dsm_core::{Filter, FilterShape, Tolerance};
+use dsm_core::{Compression, Filter, FilterShape, Tolerance};
 use dsm_io::{Attribute, Codec, Packing, PyramidOptions};
 use shadow_maps::detail::PrefilterSettings;
 
@@ -78,6 +78,8 @@ pub struct Bake {
     pub channels: Channels,
     /// The encoding of tiles.
     pub codec: Codec,
+    /// The compressor of functions, of kind `deep`. None: the usual one.
+    pub compression: Option<Compression>,
     /// What depths are moved away from the light by at most, in scene units, of codec
     /// `quantized`. None: a 16,384th of the depth, and where there are strands
     /// no more than a quarter of the thinnest one's width
@@ -121,6 +123,7 @@ impl Bake {
             views: None,
             channels: Channels::Auto,
             codec: Codec::Exact,
+            compression: None,
             depth_error: None,
             packing: Packing::Zstd,
             tile_size: 64,
@@ -190,6 +193,12 @@ impl Bake {
     #[must_use]
     pub fn with_views(self, views: u32) -> Self {
         Self { views: Some(views), ..self }
+    }
+
+    /// Sets the compressor of functions, of kind `deep`.
+    #[must_use]
+    pub fn with_compression(self, compression: Compression) -> Self {
+        Self { compression: Some(compression), ..self }
     }
 
     /// Sets the mip levels.

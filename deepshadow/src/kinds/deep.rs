@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use dsm_core::detail::Quantization;
-use dsm_core::{BakeSettings, Baker, PixelSampling, Transmittance, ViewRaster};
+use dsm_core::{BakeSettings, Baker, PixelSampling, Side, Transmittance, ViewRaster};
 use dsm_io::Codec;
 use dsm_io::detail::{BakeOptions, Container, ErasedMap};
 
@@ -43,6 +43,14 @@ impl ShadowKind for Deep {
                 return Err(Error::Unsupported(reason.to_owned()));
             }
             Quantization::within(error)?;
+        }
+        if let Some(compression) = settings.compression {
+            compression.check()?;
+            if compression.side == Side::Darker && settings.codec == Codec::Quantized {
+                let reason = "--side darker is for --codec exact: the other moves depths away \
+                              from the light, where the map is lighter";
+                return Err(Error::Unsupported(reason.to_owned()));
+            }
         }
         PixelSampling::new(settings.samples.unwrap_or(SAMPLES), settings.seed)?;
         Ok(())
@@ -109,6 +117,7 @@ fn bake<T: Transmittance>(
     settings.tolerance = asked.tolerance;
     settings.camera = Some(view.shadow_camera());
     settings.quantization = job.quantization()?;
+    settings.compression = asked.compression.unwrap_or_default();
     let options = BakeOptions::default()
         .with_codec(asked.codec)
         .with_packing(asked.packing)

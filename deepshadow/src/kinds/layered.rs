@@ -40,6 +40,9 @@ pub(super) fn check(settings: &Bake) -> Result<()> {
     if settings.codec == Codec::Quantized {
         return refuse("--codec quantized", "deep");
     }
+    if settings.compression.is_some() {
+        return refuse("compression by --method or --side", "deep");
+    }
     if settings.depth_error.is_some() {
         return refuse("--depth-error", "deep");
     }

@@ -112,6 +112,7 @@ impl<T: Transmittance, S: HitSource<T>> Baker<T, S> {
         MapInfo {
             camera: self.settings.camera,
             tolerance: self.settings.tolerance(),
+            compression: self.settings.compression.stated(),
             samples: Some(self.settings.sampling.samples_per_pixel()),
             filter: Some(self.settings.filter),
             data_window: Some(window([left, top, right, bottom])),
@@ -205,8 +206,13 @@ impl<T: Transmittance, S: HitSource<T>> Baker<T, S> {
     /// [`BakeSettings::max_tile_bytes`], after the first block that is past them.
     pub fn tile(&self, tile: [u32; 2]) -> std::result::Result<BakedTile<T>, S::Error> {
         let block = self.settings.tile_pixels(tile);
-        let mut compressor =
-            TileCompressor::new(self.settings.tolerance(), self.settings.quantization, block);
+        let settings = &self.settings;
+        let mut compressor = TileCompressor::new(
+            settings.tolerance(),
+            settings.quantization,
+            settings.compression,
+            block,
+        );
         let hits = self.with_blocks(tile, |baker, block| {
             let limit = self.settings.max_tile_bytes;
             let count = compressor.least_bytes();

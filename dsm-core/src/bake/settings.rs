@@ -1,7 +1,9 @@
 //! Settings of a bake.
 
 use crate::camera::shadow_camera::ShadowCamera;
+use crate::compress::compressor::Compression;
 use crate::compress::quantization::Quantization;
+use crate::compress::side::Side;
 use crate::error::{Error, Result};
 use crate::filter::{Filter, FilterShape};
 use crate::hits::sampling::PixelSampling;
@@ -40,6 +42,8 @@ pub struct BakeSettings {
     /// gave them. Asks for a tolerance of at least
     /// [`Quantization::MIN_TOLERANCE`].
     pub quantization: Option<Quantization>,
+    /// The compressor, and the side that it keeps to.
+    pub compression: Compression,
     /// The camera whose NDC \[0, 1\]² covers the map. It tells how long rays
     /// are; without one they are as long as their depth.
     pub camera: Option<ShadowCamera>,
@@ -73,6 +77,7 @@ impl BakeSettings {
             filter: Filter::new(FilterShape::Box, 1.0)?,
             tolerance: None,
             quantization: None,
+            compression: Compression::default(),
             camera: None,
             max_tile_bytes: 1 << 28,
         };
@@ -115,6 +120,12 @@ impl BakeSettings {
         Self { quantization: quantization.into(), ..self }
     }
 
+    /// Sets the compressor.
+    #[must_use]
+    pub fn with_compression(self, compression: Compression) -> Self {
+        Self { compression, ..self }
+    }
+
     /// Sets the camera whose NDC \[0, 1\]² covers the map.
     #[must_use]
     pub fn with_camera(self, camera: impl Into<Option<ShadowCamera>>) -> Self {
@@ -152,6 +163,10 @@ impl BakeSettings {
             return refuse("filter", "must cover at most 2²⁰ samples");
         }
         let min = Quantization::MIN_TOLERANCE;
+        self.compression.check()?;
+        if self.quantization.is_some() && self.compression.side == Side::Darker {
+            return refuse("side", "depths on grids lie behind, where V is lighter");
+        }
         if self.quantization.is_some() && self.tolerance().epsilon() < min {
             return refuse("quantization", "needs a tolerance of at least 2⁻¹⁶");
         }

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::exact::ExactPixel;
 use super::settings::Block;
+use crate::compress::compressor::Compression;
 use crate::compress::quantization::Quantization;
 use crate::compress::rounded::{Rounded, RoundedCompressor};
 use crate::error::Result;
@@ -88,12 +89,13 @@ impl<T: Transmittance> TileCompressor<T> {
     pub(super) fn new(
         tolerance: Tolerance,
         quantization: Option<Quantization>,
+        compression: Compression,
         block: Block,
     ) -> Self {
         let pixels = block.size[0] as usize * block.size[1] as usize;
         Self {
             tolerance,
-            compressor: RoundedCompressor::new(quantization),
+            compressor: RoundedCompressor::new(quantization, compression),
             block,
             depth_error: 0.0,
             vertices: Vec::new(),

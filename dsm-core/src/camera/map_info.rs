@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::pixel_window::PixelWindow;
 use super::shadow_camera::{DepthKind, ShadowCamera};
+use crate::compress::compressor::{Compression, read_stated};
 use crate::filter::Filter;
 use crate::light_extent::LightExtent;
 use crate::tolerance::Tolerance;
@@ -35,6 +36,10 @@ pub struct MapInfo {
     pub data_window: Option<PixelWindow>,
     /// The pixels that NDC [0, 1]² covers, if the map came from an image.
     pub display_window: Option<PixelWindow>,
+    /// How its functions were compressed, if known.
+    #[serde(default, deserialize_with = "read_stated")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub compression: Option<Compression>,
     /// The light that the map looks from, if known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub light: Option<LightExtent>,
@@ -81,6 +86,12 @@ impl MapInfo {
     #[must_use]
     pub fn with_display_window(self, window: PixelWindow) -> Self {
         Self { display_window: Some(window), ..self }
+    }
+
+    /// Sets how its functions were compressed.
+    #[must_use]
+    pub fn with_compression(self, compression: Compression) -> Self {
+        Self { compression: Some(compression), ..self }
     }
 
     /// Sets the light that the map looks from.

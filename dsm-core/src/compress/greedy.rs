@@ -297,6 +297,19 @@ impl<T: Transmittance> GreedyCompressor<T> {
     }
 }
 
+/// Compresses the function of `vertices`, which end with V(∞).
+pub(super) fn compress_all<T: Transmittance>(
+    tolerance: Tolerance,
+    vertices: &[SumVertex<T>],
+    emit: &mut impl FnMut(Vertex<T>),
+) {
+    if let Some(last) = vertices.last() {
+        let mut compressor = GreedyCompressor::new(tolerance, End::Known(last.value));
+        compressor.push_all(vertices, emit);
+        compressor.finish(emit);
+    }
+}
+
 /// Compresses a whole function; see [`GreedyCompressor`] for what holds of the
 /// result. O(n).
 ///

@@ -3,8 +3,10 @@
 
 pub(crate) mod compressor;
 pub(crate) mod greedy;
+pub(crate) mod min_link;
 pub(crate) mod paper_greedy;
 pub(crate) mod quantization;
 pub(crate) mod rounded;
+pub(crate) mod side;
 mod slope_window;
 mod tube;

@@ -1,5 +1,6 @@
 //! Quantization of functions to grids, for small files.
 
+use super::side::Side;
 use crate::error::{Error, Result};
 use crate::tolerance::Tolerance;
 use crate::transmittance::Transmittance;
@@ -122,9 +123,11 @@ impl Quantization {
         f32::from_bits(quarter.to_bits() & !((1 << MANTISSA) - 1))
     }
 
-    /// The tolerance that is left for compression: half a step less.
-    pub(crate) fn rest(tolerance: Tolerance) -> Tolerance {
-        tolerance.after(0.5 * f64::from(Self::value_step(tolerance)))
+    /// The tolerance that is left for compression: half a step less, or a whole one
+    /// where values are rounded to one side.
+    pub(crate) fn rest(tolerance: Tolerance, side: Side) -> Tolerance {
+        let steps = if side == Side::Both { 0.5 } else { 1.0 };
+        tolerance.after(steps * f64::from(Self::value_step(tolerance)))
     }
 
     /// Moves the vertices that `vertices` hold from `start` on to the grid of
@@ -154,20 +157,26 @@ impl Quantization {
         if f64::from(nearest) < farthest { nearest.next_up() } else { nearest }
     }
 
-    /// Rounds the values of the function that `vertices` hold from `start` on,
-    /// and drops what says nothing then.
+    /// Rounds the values of the function that `vertices` hold from `start` on, to this
+    /// side, and drops what says nothing then.
     pub(crate) fn round_values<T: Transmittance>(
         tolerance: Tolerance,
+        side: Side,
         vertices: &mut Vec<Vertex<T>>,
         start: usize,
     ) {
+        let round = match side {
+            Side::Both => f32::round,
+            Side::Lighter => f32::ceil,
+            Side::Darker => f32::floor,
+        };
         let step = Self::value_step(tolerance);
         let mut kept = start;
         for index in start..vertices.len() {
             let Vertex { z, value } = vertices[index];
             // A power of two: both operations are exact, so the result is a
             // multiple.
-            let value = T::from_channels(|channel| (value.channel(channel) / step).round() * step);
+            let value = T::from_channels(|channel| round(value.channel(channel) / step) * step);
             let rounded = Vertex::new(z, value);
             if kept == start || vertices[kept - 1] != rounded {
                 vertices[kept] = rounded;
@@ -254,7 +263,7 @@ mod tests {
         let round = |values: &[(f32, f32)]| {
             let mut vertices = vec![Vertex::new(7.0, 0.3)];
             vertices.extend(values.iter().map(|&(z, value)| Vertex::new(z, value)));
-            Quantization::round_values(tolerance, &mut vertices, 1);
+            Quantization::round_values(tolerance, Side::Both, &mut vertices, 1);
             vertices.iter().skip(1).map(|vertex| (vertex.z, vertex.value)).collect::<Vec<_>>()
         };
         assert_eq!(round(&[(1.0, 1.0), (1.0, 0.999), (2.0, 0.5)]), [(1.0, 1.0), (2.0, 0.5)]);
@@ -269,7 +278,7 @@ mod tests {
             let step = Quantization::value_step(tolerance);
             assert_eq!(step.to_bits() & 0x7f_ffff, 0);
             assert!(step <= 0.25 * epsilon && step > 0.125 * epsilon);
-            assert!(Quantization::rest(tolerance).epsilon() >= 0.87 * epsilon);
+            assert!(Quantization::rest(tolerance, Side::Both).epsilon() >= 0.87 * epsilon);
         }
     }
 }

@@ -1,7 +1,8 @@
 //! Compression of functions whose vertices are then rounded to grids, measured.
 
-use super::compressor::{Compression, Compressor};
+use super::compressor::{ChosenCompressor, Compression, Compressor};
 use super::quantization::Quantization;
+use super::side::Side;
 use crate::tolerance::Tolerance;
 use crate::transmittance::Transmittance;
 use crate::visibility::difference::VisibilityDifference;
@@ -21,14 +22,17 @@ pub struct Rounded {
 #[derive(Debug)]
 pub struct RoundedCompressor<T: Transmittance> {
     quantization: Option<Quantization>,
+    side: Side,
+    compressor: ChosenCompressor<T>,
     stored: Vec<SumVertex<T>>,
 }
 
 impl<T: Transmittance> RoundedCompressor<T> {
     /// A compressor onto these grids; `None`: values and depths stay as they come.
     #[must_use]
-    pub const fn new(quantization: Option<Quantization>) -> Self {
-        Self { quantization, stored: Vec::new() }
+    pub fn new(quantization: Option<Quantization>, compression: Compression) -> Self {
+        let compressor = compression.compressor();
+        Self { quantization, side: compression.side, compressor, stored: Vec::new() }
     }
 
     /// Appends the compressed function of `exact` to `vertices`. Values are off by
@@ -40,13 +44,13 @@ impl<T: Transmittance> RoundedCompressor<T> {
         vertices: &mut Vec<Vertex<T>>,
     ) -> Rounded {
         let start = vertices.len();
-        let compressor = Compression::default();
         let mut emit = |vertex| vertices.push(vertex);
         match self.quantization {
-            None => compressor.compress(tolerance, exact, &mut emit),
+            None => self.compressor.compress(tolerance, exact, &mut emit),
             Some(_) => {
-                compressor.compress(Quantization::rest(tolerance), exact, &mut emit);
-                Quantization::round_values(tolerance, vertices, start);
+                let rest = Quantization::rest(tolerance, self.side);
+                self.compressor.compress(rest, exact, &mut emit);
+                Quantization::round_values(tolerance, self.side, vertices, start);
             }
         }
         self.stored.clear();

@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 mod closed_forms;
+mod compression;
 mod oracle;
 mod pixels;
 mod quantized;

@@ -12,7 +12,12 @@ use crate::pixels::{scenes, settings};
 use crate::sources::RandomScene;
 
 /// V(z), or its limit from the light's side, of uncompressed vertices.
-fn value<T: Transmittance>(vertices: &[SumVertex<T>], z: f64, channel: usize, at: bool) -> f64 {
+pub(crate) fn value<T: Transmittance>(
+    vertices: &[SumVertex<T>],
+    z: f64,
+    channel: usize,
+    at: bool,
+) -> f64 {
     let before = |vertex: &SumVertex<T>| {
         let depth = f64::from(vertex.z);
         if at { depth <= z } else { depth < z }

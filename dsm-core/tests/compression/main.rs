@@ -4,7 +4,9 @@
 #![expect(clippy::unwrap_used, reason = "a test may stop where a value is refused")]
 
 mod cases;
+mod fewest;
 mod functions;
+mod min_link;
 mod product;
 
 use dsm_core::detail::{

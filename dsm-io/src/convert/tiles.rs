@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use dsm_core::detail::Quantization;
-use dsm_core::{Progress, Rgb, Tolerance, Transmittance};
+use dsm_core::{Compression, Progress, Rgb, Side, Tolerance, Transmittance};
 use rayon::prelude::*;
 
 use super::camera_reading::CameraConventions;
@@ -42,6 +42,8 @@ pub struct ConvertOptions {
     /// The grids that vertices are rounded to, within the tolerance; of codec
     /// `quantized`, and only of that.
     pub quantization: Option<Quantization>,
+    /// The compressor, and the side that it keeps to.
+    pub compression: Compression,
 }
 
 /// Makes a `.dsm` map at `output` from `source`, compressed under the
@@ -102,6 +104,12 @@ pub fn convert(
     if rounds && options.tolerance.epsilon() < Quantization::MIN_TOLERANCE {
         return Err(Error::setting("rounding to grids needs a tolerance of at least 2⁻¹⁶"));
     }
+    options.compression.check()?;
+    if rounds && options.compression.side == Side::Darker {
+        return Err(Error::setting(
+            "depths on grids lie behind, where a map is lighter: one that is never lighter is exact",
+        ));
+    }
     let mut sized = options.clone();
     loop {
         match convert_sized(source, output, &sized, &mut progress) {
@@ -128,7 +136,8 @@ fn convert_sized(
     options: &ConvertOptions,
     progress: Watch<'_>,
 ) -> Result<ImportReport> {
-    let (metadata, mut report) = source.target_metadata(options.tolerance, options.cameras)?;
+    let (mut metadata, mut report) = source.target_metadata(options.tolerance, options.cameras)?;
+    metadata.info.compression = options.compression.stated();
     let [width, height] = [metadata.width, metadata.height];
     let channels = metadata.channels;
     let mut writer = MapWriter::create(output, metadata, options.write)?;
@@ -210,7 +219,8 @@ impl Band<'_> {
         let tolerance = self.options.tolerance;
         let size = [columns.len() as u32, rows.len() as u32];
         let quantization = self.options.quantization;
-        let mut pixels = MeasuredPixels::<T>::new(size, tolerance).rounded_to(quantization);
+        let mut pixels = MeasuredPixels::<T>::new(size, tolerance, self.options.compression)
+            .rounded_to(quantization);
         let mut exact = ExactFunction::new(tolerance.chord());
         for (row, column) in rows.flat_map(|row| columns.clone().map(move |x| (row, x))) {
             let pixel = from_first(row) as usize * self.width as usize + column as usize;

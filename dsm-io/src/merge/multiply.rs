@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use dsm_core::detail::VisibilityProduct;
-use dsm_core::{Rgb, Tolerance, Transmittance};
+use dsm_core::{Compression, Rgb, Tolerance, Transmittance};
 use rayon::prelude::*;
 
 use super::{MergeReport, refuse};
@@ -39,7 +39,8 @@ pub(super) fn multiply(
     // As the first map that says anything of it.
     let packings = maps.iter().map(MapReader::packing).collect::<Result<Vec<_>>>()?;
     let packing = packings.into_iter().flatten().next().unwrap_or(Packing::Zstd);
-    let product = Product { maps, level, added, packing };
+    let compression = Compression::of_stated(metadata.info.compression);
+    let product = Product { maps, level, added, compression, packing };
     let blocks = Blocks::new(&level, maps.iter().map(|map| &map.levels()[0]));
     let mut writer = ContainerWriter::create(output)?;
     writer.add_level(level)?;
@@ -80,6 +81,8 @@ fn metadata(first: &MapReader, maps: &[MapReader], added: Tolerance) -> Result<M
             return Err(refuse(map, format!("its {what} differs from an earlier map's")));
         }
         info.samples = info.samples.filter(|_| other.samples == info.samples);
+        // The product is on the side that all factors keep to.
+        info.compression = info.compression.filter(|_| other.compression == info.compression);
         info.filter = info.filter.filter(|_| other.filter == info.filter);
     }
     info.tolerance = tolerance(maps, added)?;
@@ -126,6 +129,7 @@ struct Product<'a> {
     maps: &'a [MapReader],
     level: Level,
     added: Tolerance,
+    compression: Compression,
     packing: Packing,
 }
 
@@ -174,7 +178,8 @@ impl Product<'_> {
         if regions.is_empty() {
             return Ok((EncodedTile::default(), AchievedError::NONE));
         }
-        let mut pixels = MeasuredPixels::<T>::new([rect.width, rect.height], self.added);
+        let size = [rect.width, rect.height];
+        let mut pixels = MeasuredPixels::<T>::new(size, self.added, self.compression);
         let mut product = VisibilityProduct::<T>::default();
         let mut functions = vec![Vec::new(); regions.len()];
         for (y, x) in (0..rect.height).flat_map(|y| (0..rect.width).map(move |x| (y, x))) {

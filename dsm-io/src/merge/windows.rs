@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use dsm_core::detail::PixelWindow;
-use dsm_core::{Rgb, Transmittance};
+use dsm_core::{Compression, CompressionMethod, Rgb, Tolerance, Transmittance};
 use rayon::prelude::*;
 
 use crate::achieved_error::AchievedError;
@@ -83,6 +83,8 @@ impl<'a> Windows<'a> {
         info.tolerance = tolerances
             .reduce(|a, b| if a.epsilon() < b.epsilon() { b } else { a })
             .unwrap_or_default();
+        info.compression =
+            info.compression.filter(|_| all().all(|own| own.info.compression == info.compression));
         info.samples = info.samples.filter(|_| all().all(|own| own.info.samples == info.samples));
         info.filter = info.filter.filter(|_| all().all(|own| own.info.filter == info.filter));
         let channels = all().map(|metadata| metadata.channels).max().unwrap_or(1);
@@ -180,7 +182,8 @@ impl<'a> Windows<'a> {
         }
         // Functions are copied: nothing is added to their errors.
         let size = [rect.width, rect.height];
-        let mut pixels = MeasuredPixels::<T>::new(size, Default::default());
+        let copied = Compression::new(CompressionMethod::Greedy);
+        let mut pixels = MeasuredPixels::<T>::new(size, Tolerance::EXACT, copied);
         let mut function = Vec::new();
         for (y, x) in (0..rect.height).flat_map(|y| (0..rect.width).map(move |x| (y, x))) {
             let owner = found.iter().find_map(|(corner, own, region)| {

@@ -57,8 +57,8 @@ pub fn build_pyramid<T: Transmittance, S: PyramidSource<T>>(
     let &[level] = writer.levels() else {
         return Err(Error::setting("a pyramid is built on a map that has level 0 only"));
     };
-    let tolerance = writer.metadata().info.tolerance;
-    let plan = Plan::new([level.width, level.height], level.tile_width, tolerance, options)?;
+    let info = &writer.metadata().info;
+    let plan = Plan::new([level.width, level.height], level.tile_width, info, options)?;
     for number in 1..=plan.top() {
         let [width, height] = plan.pyramid.size(number);
         let tolerance = plan.tolerance(number).epsilon();

@@ -26,8 +26,8 @@ pub(super) fn average_children<T: Transmittance>(
     let origin = node.map(|index| index.saturating_mul(block));
     let [width, rows] = plan.pyramid.size(level);
     let size = [block.min(width - origin[0]), block.min(rows - origin[1])];
-    let mut fragment = FragmentBuilder::new(origin, size, plan.tolerance(level));
-    let mut copies = CopiesBuilder::new(size, plan.copy_tolerance(level));
+    let mut fragment = FragmentBuilder::new(origin, size, plan.tolerance(level), plan.compression);
+    let mut copies = CopiesBuilder::new(size, plan.copy_tolerance(level), plan.compression);
     let mut parts = Vec::new();
     for (row, column) in (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (y, x))) {
         let mut inherited = 0.0;

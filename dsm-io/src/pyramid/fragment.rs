@@ -1,7 +1,7 @@
 //! Pixels of a level that are compressed together.
 
 use dsm_core::detail::{PixelLists, Polyline, SumVertex, VisibilitySweep};
-use dsm_core::{Tolerance, Transmittance};
+use dsm_core::{Compression, Tolerance, Transmittance};
 
 use crate::error::Result;
 use crate::measured_pixels::MeasuredPixels;
@@ -33,8 +33,13 @@ pub(super) struct FragmentBuilder<T: Transmittance> {
 }
 
 impl<T: Transmittance> FragmentBuilder<T> {
-    pub(super) fn new(origin: [u32; 2], size: [u32; 2], tolerance: Tolerance) -> Self {
-        Self { origin, pixels: MeasuredPixels::new(size, tolerance) }
+    pub(super) fn new(
+        origin: [u32; 2],
+        size: [u32; 2],
+        tolerance: Tolerance,
+        compression: Compression,
+    ) -> Self {
+        Self { origin, pixels: MeasuredPixels::new(size, tolerance, compression) }
     }
 
     /// As [`MeasuredPixels::push`].
@@ -69,9 +74,14 @@ pub(super) struct Copies<T> {
 pub(super) struct CopiesBuilder<T: Transmittance>(Option<(FragmentBuilder<T>, Vec<f64>)>);
 
 impl<T: Transmittance> CopiesBuilder<T> {
-    pub(super) fn new(size: [u32; 2], tolerance: Option<Tolerance>) -> Self {
+    pub(super) fn new(
+        size: [u32; 2],
+        tolerance: Option<Tolerance>,
+        compression: Compression,
+    ) -> Self {
         // Where the copies stand is the node's to say.
-        Self(tolerance.map(|tolerance| (FragmentBuilder::new([0, 0], size, tolerance), Vec::new())))
+        let pixels = |tolerance| FragmentBuilder::new([0, 0], size, tolerance, compression);
+        Self(tolerance.map(|tolerance| (pixels(tolerance), Vec::new())))
     }
 
     pub(super) fn push(&mut self, vertices: &[SumVertex<T>], inherited: f64) -> Result<()> {

@@ -1,7 +1,7 @@
 //! The plan of a pyramid: its parts, and the error that each may add.
 
-use dsm_core::Tolerance;
 use dsm_core::detail::MipPyramid;
+use dsm_core::{Compression, MapInfo, Tolerance};
 
 use crate::error::{Error, Result};
 
@@ -60,6 +60,8 @@ pub(super) struct Plan {
     /// Cells a tile has in a row: width of a node's block of pixels of level
     /// `cell_level` + its height.
     pub(super) block_size: u32,
+    /// The compressor of every level.
+    pub(super) compression: Compression,
     tolerance: Tolerance,
     scale: f32,
 }
@@ -68,9 +70,11 @@ impl Plan {
     pub(super) fn new(
         [width, height]: [u32; 2],
         tile_size: u32,
-        tolerance: Tolerance,
+        info: &MapInfo,
         options: &PyramidOptions,
     ) -> Result<Self> {
+        let tolerance = info.tolerance;
+        let compression = Compression::of_stated(info.compression);
         let scale = options.tolerance_scale;
         if !(0.0 < scale && scale <= 1.0) {
             let reason = format!("a tolerance scale must lie in (0, 1], not {scale}");
@@ -82,7 +86,7 @@ impl Plan {
         let pyramid = MipPyramid::new(width, height).finest(options.levels);
         let cell_level = tile_size.trailing_zeros().min(pyramid.level_count() - 1);
         let block_size = tile_size >> cell_level;
-        Ok(Self { pyramid, tile_size, cell_level, block_size, tolerance, scale })
+        Ok(Self { pyramid, tile_size, cell_level, block_size, compression, tolerance, scale })
     }
 
     /// The coarsest level.
@@ -116,7 +120,11 @@ mod tests {
 
     fn plan(size: [u32; 2], tile_size: u32, epsilon: f32) -> Plan {
         let tolerance = Tolerance::new(epsilon).unwrap();
-        Plan::new(size, tile_size, tolerance, &PyramidOptions::default()).unwrap()
+        {
+            let info = MapInfo::new().with_tolerance(tolerance);
+            Plan::new(size, tile_size, &info, &PyramidOptions::default())
+        }
+        .unwrap()
     }
 
     #[test]
@@ -149,7 +157,7 @@ mod tests {
 
     #[test]
     fn senseless_options_are_refused() {
-        let build = |options| Plan::new([9, 9], 4, Tolerance::EXACT, &options);
+        let build = |options| Plan::new([9, 9], 4, &MapInfo::new(), &options);
         assert!(build(PyramidOptions::default().with_levels(0)).is_err());
         for scale in [0.0, -1.0, 1.1, f32::NAN] {
             assert!(build(PyramidOptions::default().with_tolerance_scale(scale)).is_err());

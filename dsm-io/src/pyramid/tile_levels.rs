@@ -76,8 +76,9 @@ impl<T: Transmittance, F: PixelFunctions<T>> TileWork<'_, T, F> {
         let side = 1_u32 << level;
         let origin = [rect.x, rect.y].map(|first| first >> level);
         let size = [width, height].map(|pixels| pixels.div_ceil(side));
-        let mut fragment = FragmentBuilder::new(origin, size, plan.tolerance(level));
-        let mut copies = CopiesBuilder::new(size, plan.copy_tolerance(level));
+        let mut fragment =
+            FragmentBuilder::new(origin, size, plan.tolerance(level), plan.compression);
+        let mut copies = CopiesBuilder::new(size, plan.copy_tolerance(level), plan.compression);
         let mut parts = Vec::new();
         for (row, column) in (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (y, x))) {
             let reach = |index: u32, end: u32| {

@@ -9,6 +9,7 @@ use deepshadow::scene::detail::{GridChoice, SceneOptions};
 use deepshadow::visibility::{Filter, FilterShape};
 use deepshadow::{Channels, Kind};
 
+use super::compression::CompressionFlags;
 use super::prefilter::PrefilterFlags;
 use super::values::{self, Effort, Strictness};
 
@@ -94,6 +95,8 @@ pub(crate) struct BakeFlags {
     /// tolerance and stored as small numbers
     #[arg(long, value_enum, default_value = "exact")]
     codec: values::CodecName,
+    #[command(flatten)]
+    compression: CompressionFlags,
     /// What depths may be moved away from the light by, in scene units, of codec
     /// quantized [default: a 16,384th of the depth, and no more than a quarter
     /// of the thinnest strand's width]
@@ -256,6 +259,7 @@ impl TryFrom<BakeFlags> for Bake {
             ChannelsName::Rgb => Channels::Rgb,
         };
         settings.codec = flags.codec.into();
+        settings.compression = flags.compression.compression()?;
         settings.depth_error = flags.depth_error;
         settings.packing = flags.block.into();
         settings.pyramid = flags.mip.then(PyramidOptions::default);

@@ -10,6 +10,7 @@ use deepshadow::files::{Codec, ConvertOptions, ExportOptions, Packing, WriteOpti
 use deepshadow::visibility::Tolerance;
 use deepshadow::visibility::detail::Quantization;
 
+use super::compression::CompressionFlags;
 use super::selection::SelectionFlags;
 use super::values::{self, Effort, Strictness};
 
@@ -44,6 +45,8 @@ pub(crate) struct ConvertFlags {
     /// the tolerance and stored as small numbers [default: exact]
     #[arg(long, value_enum)]
     codec: Option<values::CodecName>,
+    #[command(flatten)]
+    compression: CompressionFlags,
     /// What depths may be moved away from the light by, in scene units, of codec
     /// quantized [default: a 16,384th of the depth]
     #[arg(long, value_name = "D", allow_negative_numbers = true)]
@@ -183,7 +186,9 @@ impl ConvertFlags {
             view_axis: self.camera_axis.map(ViewAxis::from),
             ndc_range: self.ndc.map(NdcRange::from),
         };
-        Ok(ConvertOptions { tolerance, write: write.with_codec(codec), cameras, quantization })
+        let compression = self.compression.compression()?.unwrap_or_default();
+        let write = write.with_codec(codec);
+        Ok(ConvertOptions { tolerance, write, cameras, quantization, compression })
     }
 
     /// The grids of codec `quantized`.
@@ -211,6 +216,7 @@ impl ConvertFlags {
             ("--block", self.block.is_some()),
             ("--codec", self.codec.is_some()),
             ("--depth-error", self.depth_error.is_some()),
+            (self.compression.given().unwrap_or_default(), self.compression.given().is_some()),
             ("--camera-axis", self.camera_axis.is_some()),
             ("--ndc", self.ndc.is_some()),
         ];

@@ -1,6 +1,7 @@
 //! The command line, parsed and checked.
 
 mod bake;
+mod compression;
 mod convert;
 mod demo;
 mod diff;

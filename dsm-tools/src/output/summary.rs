@@ -8,7 +8,7 @@ use deepshadow::detail::StatedError;
 use deepshadow::files::detail::{Level, PixelValue, SummaryValue, TileDirectory, TileEntry};
 use deepshadow::files::{Attribute, Codec, MapSummary, Packing, PixelContents};
 use deepshadow::visibility::detail::{DepthKind, PixelWindow};
-use deepshadow::visibility::{Filter, LightExtent, ShadowCamera};
+use deepshadow::visibility::{Compression, Filter, LightExtent, ShadowCamera, Side};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::Value;
 
@@ -27,6 +27,9 @@ pub(crate) struct Summary<'a> {
     /// Width of a tile, in pixels.
     tile: u32,
     tolerance: f32,
+    /// How its functions were compressed, where it says so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    compression: Option<Compression>,
     samples: Option<u32>,
     filter: Option<Filter>,
     depth: DepthSummary,
@@ -116,6 +119,7 @@ impl<'a> Summary<'a> {
             ),
             tile: container.levels()[0].tile_width,
             tolerance: info.tolerance.epsilon(),
+            compression: info.compression,
             samples: info.samples,
             filter: info.filter,
             depth: DepthSummary {
@@ -145,6 +149,14 @@ impl<'a> Summary<'a> {
         line("size", format!("{width} × {height} pixels, {channels} channel{plural}"))?;
         line("stored", format!("{codec}, block {block}, tiles of {tile} pixels"))?;
         line("tolerance", self.tolerance.to_string())?;
+        if let Some(compression) = self.compression {
+            let side = match compression.side {
+                Side::Both => "",
+                Side::Lighter => ", nowhere darker",
+                Side::Darker => ", nowhere lighter",
+            };
+            line("compression", format!("{}{side}", compression.method.name()))?;
+        }
         if let Some(samples) = self.samples {
             line("samples", format!("{samples} a pixel"))?;
         }

@@ -7,6 +7,7 @@ mod attenuation;
 mod bake;
 mod cases;
 mod coherence;
+mod compression;
 mod convert;
 mod diff;
 mod disk;

@@ -1,0 +1,11 @@
+//! Compression to the fewest vertices.
+
+pub(crate) mod compressor;
+mod extent;
+mod hull;
+mod joint;
+mod link;
+mod rounding;
+mod rungs;
+mod shorten;
+mod walk;
