@@ -1,7 +1,11 @@
 //! Numpy arrays that nobody writes to.
 
 use deepshadow::glam::DMat4;
-use numpy::{Element, PyArray1, PyArray2, PyArrayMethods, PyReadwriteArray};
+use numpy::{
+    AllowTypeChange, Element, PyArray1, PyArray2, PyArrayDescrMethods, PyArrayLike1,
+    PyArrayMethods, PyReadwriteArray, PyUntypedArray, PyUntypedArrayMethods,
+};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
 use crate::error::{Failure, Result};
@@ -57,4 +61,25 @@ pub(crate) fn picture(
     } else {
         flat.reshape([height, width, channels])?.into_any()
     })
+}
+
+/// Whole numbers below 2³². One that is not becomes 2³² − 1, which is an index of nothing.
+///
+/// # Errors
+///
+/// `TypeError` for numbers that are not whole: a cast would cut them off.
+pub(crate) fn indices(given: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec<u32>> {
+    let array = given.py().import("numpy")?.call_method1("asarray", (given,))?;
+    let untyped = array.cast::<PyUntypedArray>()?;
+    let (kind, size) = (untyped.dtype().kind(), untyped.dtype().itemsize());
+    if untyped.len() > 0 && !matches!(kind, b'u' | b'i') {
+        return Err(PyTypeError::new_err(format!("{what}: integers are needed")));
+    }
+    if kind == b'u' && size <= 4 {
+        let numbers: PyArrayLike1<'_, u32, AllowTypeChange> = array.extract()?;
+        return Ok(numbers.as_array().to_vec());
+    }
+    // What is beyond 2⁶³ becomes negative.
+    let numbers: PyArrayLike1<'_, i64, AllowTypeChange> = array.extract()?;
+    Ok(numbers.as_array().iter().map(|&n| u32::try_from(n).unwrap_or(u32::MAX)).collect())
 }

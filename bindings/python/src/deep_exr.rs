@@ -16,8 +16,6 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
 
-use crate::attributes;
-use crate::camera;
 use crate::convert_options::{selection, take_map, take_storage};
 use crate::deep_image::DeepImage;
 use crate::error::{Failure, Result};
@@ -25,6 +23,7 @@ use crate::files::imported;
 use crate::options::Options;
 use crate::progress::run;
 use crate::threads;
+use crate::{arrays, attributes, camera};
 
 /// Rows that one task reads at least.
 const ROWS: u32 = 16;
@@ -118,12 +117,12 @@ fn together(width: u32, bands: Vec<DeepRows>) -> Result<DeepRows, ImageError> {
 /// The columns of arrays.
 fn columns(
     [rows, columns]: [u32; 2],
-    offsets: PyArrayLike1<'_, u32, AllowTypeChange>,
+    offsets: &Bound<'_, PyAny>,
     z: PyArrayLike1<'_, f32, AllowTypeChange>,
     alpha: Option<&Bound<'_, PyAny>>,
     back: Option<PyArrayLike1<'_, f32, AllowTypeChange>>,
 ) -> Result<DeepRows> {
-    let offsets: Vec<u32> = offsets.as_array().to_vec();
+    let offsets = arrays::indices(offsets, "offsets")?;
     let pixels = u64::from(rows) * u64::from(columns);
     if offsets.len() as u64 != pixels + 1 {
         let count = offsets.len();
@@ -212,7 +211,7 @@ fn encode(rows: &DeepRows, options: &WriteOptions) -> Result<Vec<u8>, ImageError
 pub(crate) fn write_deep_exr<'py>(
     py: Python<'py>,
     path: PathBuf,
-    offsets: PyArrayLike1<'py, u32, AllowTypeChange>,
+    offsets: &Bound<'py, PyAny>,
     z: PyArrayLike1<'py, f32, AllowTypeChange>,
     a: Option<&Bound<'py, PyAny>>,
     zback: Option<PyArrayLike1<'py, f32, AllowTypeChange>>,
@@ -254,7 +253,7 @@ pub(crate) fn write_deep_exr<'py>(
 #[expect(clippy::too_many_arguments, reason = "keyword arguments")]
 pub(crate) fn from_deep<'py>(
     py: Python<'py>,
-    offsets: PyArrayLike1<'py, u32, AllowTypeChange>,
+    offsets: &Bound<'py, PyAny>,
     z: PyArrayLike1<'py, f32, AllowTypeChange>,
     a: Option<&Bound<'py, PyAny>>,
     zback: Option<PyArrayLike1<'py, f32, AllowTypeChange>>,

@@ -7,14 +7,12 @@ use deepshadow::visibility::{
     Error as CoreError, HitSource, Rgb, TileHits, TileSamples, Transmittance, ViewRaster,
 };
 use deepshadow::{AnyHitSource, Error, Occluders};
-use numpy::{
-    AllowTypeChange, PyArray1, PyArrayDescrMethods, PyArrayLike1, PyArrayLikeDyn, PyUntypedArray,
-    PyUntypedArrayMethods,
-};
+use numpy::{AllowTypeChange, PyArray1, PyArrayLike1, PyArrayLikeDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
+use crate::arrays;
 use crate::view::View;
 
 /// What a Python function sees through whatever view a map is baked from.
@@ -126,7 +124,7 @@ impl<T: Transmittance> HitSource<T> for PythonHits<'_> {
 
 /// The columns of an answer.
 struct Answer<'py, T> {
-    samples: PyArrayLike1<'py, u32, AllowTypeChange>,
+    samples: Vec<u32>,
     depths: PyArrayLike1<'py, f32, AllowTypeChange>,
     opacities: Vec<T>,
     backs: Option<PyArrayLike1<'py, f32, AllowTypeChange>>,
@@ -143,28 +141,22 @@ impl<'py, T: Transmittance> Answer<'py, T> {
         if tuple.len() == 4 && !has_media {
             return Err(PyTypeError::new_err("hits with backs need media=True"));
         }
-        let sample = tuple.get_item(0)?;
-        // A cast would cut fractions off and wrap negative numbers around.
-        if let Ok(array) = sample.cast::<PyUntypedArray>() {
-            if array.len() > 0 && !matches!(array.dtype().kind(), b'u' | b'i') {
-                return Err(PyTypeError::new_err("samples are numbers of sample points: integers"));
-            }
-        }
+        let samples = arrays::indices(&tuple.get_item(0)?, "sample")?;
         let depths: PyArrayLike1<'py, f32, AllowTypeChange> = tuple.get_item(1)?.extract()?;
         let opacities = opacities(&tuple.get_item(2)?, depths.len())?;
         let backs = if tuple.len() == 4 { Some(tuple.get_item(3)?.extract()?) } else { None };
-        Ok(Self { samples: sample.extract()?, depths, opacities, backs })
+        Ok(Self { samples, depths, opacities, backs })
     }
 
     fn push(&self, hits: &mut TileHits<T>) -> Result<(), HitError> {
-        let samples = contiguous(&self.samples);
+        let samples = &self.samples;
         let depths = contiguous(&self.depths);
         let Some(backs) = &self.backs else {
-            return Ok(hits.push_surface_columns(&samples, &depths, &self.opacities)?);
+            return Ok(hits.push_surface_columns(samples, &depths, &self.opacities)?);
         };
         let backs = contiguous(backs);
         if samples.len() != depths.len() || backs.len() != depths.len() {
-            return Ok(hits.push_surface_columns(&samples, &depths, &[])?);
+            return Ok(hits.push_surface_columns(samples, &depths, &[])?);
         }
         for (index, &sample) in samples.iter().enumerate() {
             let (near, far, opacity) = (depths[index], backs[index], self.opacities[index]);

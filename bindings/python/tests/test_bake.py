@@ -61,7 +61,7 @@ def test_a_python_source_beside_the_truth(kind: str, tmp_path: Path) -> None:
     m = ds.open(path)
     # Below the middle it is dark, beside the sphere's shadow it is lit.
     points = [[0, -1.5, 0], [0.3, -1.2, 0.2], [2.2, -1, 0], [0, 1.5, 0], [0, 3, 0]]
-    assert m.at(points) == pytest.approx([0, 0, 1, 1, 1])
+    assert m.at(points) == pytest.approx([0, 0, 1, 1, 1], abs=0.01)
 
 
 def test_a_function_is_a_source(tmp_path: Path) -> None:
@@ -120,11 +120,12 @@ def test_exceptions_come_through(tmp_path: Path) -> None:
     assert not path.exists()
     wrong: list[tuple[object, type[Exception], str]] = [
         (lambda x, y, t: None, TypeError, "returns"),
-        (lambda x, y, t: ([0.5], [1.0], 1.0), TypeError, "integer|int"),
+        (lambda x, y, t: ([0.5], [1.0], 1.0), TypeError, "integers"),
         (lambda x, y, t: (np.array([0.5]), [1.0], 1.0), TypeError, "integers"),
         (lambda x, y, t: ([len(x)], [1.0], 1.0), ds.DeepshadowError, "sample"),
         (lambda x, y, t: (np.array([-1]), [1.0], 1.0), ds.DeepshadowError, "sample"),
-        (lambda x, y, t: ([0, 1], [1.0], 1.0), ds.DeepshadowError, ""),
+        (lambda x, y, t: ([2**32], [1.0], 1.0), ds.DeepshadowError, "sample"),
+        (lambda x, y, t: ([0, 1], [1.0], 1.0), ds.DeepshadowError, "."),
         (lambda x, y, t: ([0], [1.0], [1.0, 1.0]), ValueError, "opacities"),
         (lambda x, y, t: ([0], [-1.0], 1.0), ds.DeepshadowError, "depth"),
         (lambda x, y, t: ([0], [1.0], 1.5), ds.DeepshadowError, "opacity"),
@@ -198,7 +199,7 @@ INTERRUPTED = """
     light = ds.Light([0, 4, 0], [0, 0, 0], up=[0, 0, 1])
 
     def slow(x, y, t):
-        print("at work", flush=True)
+        print("at work\\n", end="", flush=True)
         time.sleep(0.05)
         return [0], [1.0], 1.0
 

@@ -117,6 +117,8 @@ def test_columns_that_do_not_fit(tmp_path: Path) -> None:
     ]:
         with pytest.raises(ds.SettingError, match=words):
             ds.write_deep_exr(path, **{**made, "shape": (4, 6), **change})  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="offsets: integers"):
+        ds.write_deep_exr(path, made["offsets"] + 0.5, made["z"], shape=(4, 6))
     assert not path.exists()
     with pytest.raises(ds.FileError):
         ds.write_deep_exr(tmp_path / "no" / "such.exr", **made, shape=(4, 6))  # type: ignore[arg-type]

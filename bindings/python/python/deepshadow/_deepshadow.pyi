@@ -6,6 +6,29 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import Unpack
 
+__all__ = [
+    "DeepImage",
+    "KINDS",
+    "Level",
+    "Light",
+    "Map",
+    "Scene",
+    "Shadow",
+    "TileCache",
+    "View",
+    "__version__",
+    "bake",
+    "convert",
+    "diff",
+    "from_deep",
+    "merge",
+    "mip",
+    "open",
+    "read_deep_exr",
+    "verify",
+    "write_deep_exr",
+]
+
 KINDS: tuple[str, ...]
 __version__: str
 
@@ -89,7 +112,7 @@ class _Storage(TypedDict, total=False):
 
 @final
 class TileCache:
-    def __new__(cls, bytes: int = 1073741824) -> TileCache: ...
+    def __new__(cls, bytes: int = ...) -> TileCache: ...
     @property
     def statistics(self) -> dict[str, int]: ...
 
@@ -118,7 +141,7 @@ class Light:
         cls,
         eye: Sequence[float],
         target: Sequence[float],
-        up: Sequence[float] = [0.0, 1.0, 0.0],
+        up: Sequence[float] = ...,
         *,
         fov: float | None = None,
         extent: float | None = None,
