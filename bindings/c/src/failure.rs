@@ -1,5 +1,7 @@
 //! What calls fail with, kept for the thread that made them.
 
+#![expect(unreachable_pub, reason = "C reaches them by their names")]
+
 use std::cell::RefCell;
 use std::error::Error;
 use std::ffi::{CString, c_char};
@@ -7,7 +9,7 @@ use std::ffi::{CString, c_char};
 /// What became of a call.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(non_camel_case_types, reason = "a name of C")]
+#[expect(non_camel_case_types, reason = "a name of C")]
 pub enum ds_status {
     /// It did what it should.
     DS_OK = 0,

@@ -1,5 +1,7 @@
 //! A caller's function as a hit source.
 
+#![expect(unreachable_pub, reason = "C reaches them by their names")]
+
 use deepshadow::visibility::{
     Error as CoreError, HitSource, Rgb, TileHits, TileSamples, Transmittance, ViewRaster,
 };
@@ -8,7 +10,7 @@ use deepshadow::{AnyHitSource, Error, Occluders};
 use crate::failure::{Failure, Result};
 
 /// The hits of a tile, which a caller fills.
-#[allow(non_camel_case_types, reason = "a name of C")]
+#[expect(non_camel_case_types, reason = "a name of C")]
 pub struct ds_hits(Filled);
 
 /// What is filled, and what was wrong with it first.
@@ -23,7 +25,7 @@ enum AnyTileHits {
 }
 
 /// What a map is baked through, which tells its rays.
-#[allow(non_camel_case_types, reason = "a name of C")]
+#[expect(non_camel_case_types, reason = "a name of C")]
 #[derive(Clone, Copy, Debug)]
 pub struct ds_view(pub(crate) ViewRaster);
 
@@ -61,7 +63,9 @@ impl ds_hits {
                 hits.push_slab(sample, near, far, Rgb::new(r, g, b))
             }
             _ => {
-                return Err(Failure::internal("opacities of another number of channels".to_owned()));
+                return Err(Failure::internal(
+                    "opacities of another number of channels".to_owned(),
+                ));
             }
         };
         keep(added, wrong)

@@ -1,5 +1,7 @@
 //! Settings of bakes and queries, as C states them.
 
+#![expect(unreachable_pub, reason = "C reaches them by their names")]
+
 use std::ffi::{c_char, c_void};
 
 use deepshadow::files::PyramidOptions;
@@ -15,7 +17,6 @@ use crate::failure::{Failure, Result};
 /// A query of a map; ds_query_init gives every field its default.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
-#[allow(non_camel_case_types, reason = "a name of C")]
 pub struct ds_query {
     /// "filter", "trace", "pcf" or "prefilter"; NULL: the map's own.
     pub method: *const c_char,
@@ -38,7 +39,7 @@ pub struct ds_query {
 /// The shape of a light.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(non_camel_case_types, reason = "a name of C")]
+#[expect(non_camel_case_types, reason = "a name of C")]
 pub enum ds_light_shape {
     /// A point.
     DS_POINT = 0,
@@ -53,7 +54,6 @@ pub enum ds_light_shape {
 /// A light and the camera that sits in it; ds_light_init gives every field its default.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
-#[allow(non_camel_case_types, reason = "a name of C")]
 pub struct ds_light {
     /// Where it stands, in the world.
     pub eye: [f64; 3],
@@ -72,13 +72,12 @@ pub struct ds_light {
 }
 
 /// Called with what is done and of how much, from any thread; 0 ends the work.
-#[allow(non_camel_case_types, reason = "a name of C")]
+#[expect(non_camel_case_types, reason = "a name of C")]
 pub type ds_progress = Option<extern "C" fn(user: *mut c_void, done: u64, total: u64) -> i32>;
 
 /// Settings of a bake; ds_bake_init gives every field its default.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
-#[allow(non_camel_case_types, reason = "a name of C")]
 pub struct ds_bake {
     /// The name of a kind; NULL: "deep".
     pub kind: *const c_char,
@@ -109,7 +108,6 @@ pub struct ds_bake {
 /// Counts of a bake.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]
-#[allow(non_camel_case_types, reason = "a name of C")]
 pub struct ds_report {
     /// Samples of all pixels.
     pub samples: u64,
@@ -203,11 +201,15 @@ impl ds_light {
             Projection::Orthographic { extent: self.extent }
         };
         let [width, height] = self.size;
+        const POINT: u32 = ds_light_shape::DS_POINT as u32;
+        const RECTANGLE: u32 = ds_light_shape::DS_RECTANGLE as u32;
+        const DISK: u32 = ds_light_shape::DS_DISK as u32;
+        const SPHERE: u32 = ds_light_shape::DS_SPHERE as u32;
         let extent = match self.shape {
-            0 => LightExtent::POINT,
-            1 => LightExtent::rectangle([width, height]),
-            2 => LightExtent::disk(width / 2.0),
-            3 => LightExtent::sphere(width / 2.0),
+            POINT => LightExtent::POINT,
+            RECTANGLE => LightExtent::rectangle([width, height]),
+            DISK => LightExtent::disk(width / 2.0),
+            SPHERE => LightExtent::sphere(width / 2.0),
             other => return Err(Failure::setting(format!("there is no light of shape {other}"))),
         };
         let [eye, target, up] = [self.eye, self.target, self.up].map(DVec3::from);

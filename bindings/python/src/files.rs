@@ -85,7 +85,6 @@ pub(crate) fn imported<'py>(py: Python<'py>, report: &ImportReport) -> Result<Bo
 #[pyfunction]
 #[pyo3(signature = (source, output, *, levels=None, tolerance_scale=0.5, threads=None,
                     progress=None))]
-#[expect(clippy::too_many_arguments, reason = "keyword arguments")]
 pub(crate) fn mip(
     py: Python<'_>,
     source: PathBuf,

@@ -1,6 +1,6 @@
 //! Scenes from files.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 use deepshadow::Shadow as FrontShadow;
@@ -29,7 +29,7 @@ pub(crate) struct Scene {
 
 impl Scene {
     /// Opens a scene without the interpreter's lock.
-    pub(crate) fn open(py: Python<'_>, source: &PathBuf) -> Result<Self> {
+    pub(crate) fn open(py: Python<'_>, source: &Path) -> Result<Self> {
         let scene = py.detach(|| open_scene(source))?;
         Ok(Self { scene, traced: OnceLock::new() })
     }

@@ -23,10 +23,10 @@ pub(crate) fn pool(threads: Option<usize>) -> Result<Arc<ThreadPool>> {
     }
     let mut shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
     let process = std::process::id();
-    if let Some((owner, pool)) = &*shared {
-        if *owner == process {
-            return Ok(Arc::clone(pool));
-        }
+    if let Some((owner, pool)) = &*shared
+        && *owner == process
+    {
+        return Ok(Arc::clone(pool));
     }
     let pool = build(0)?;
     // A pool of the parent process waits for threads that are not there: it is left alone.

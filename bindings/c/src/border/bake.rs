@@ -18,7 +18,6 @@ use crate::settings::{ds_bake, ds_light, ds_progress, ds_report};
 /// call that they are handed to.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
-#[allow(non_camel_case_types, reason = "a name of C")]
 pub struct ds_tile {
     /// Number of sample points.
     pub count: usize,
@@ -34,7 +33,7 @@ pub struct ds_tile {
 
 /// Adds the hits of the sample points of `tile` to `hits`, in any order; called from any thread.
 /// Anything but 0 ends the bake.
-#[allow(non_camel_case_types, reason = "a name of C")]
+#[expect(non_camel_case_types, reason = "a name of C")]
 pub type ds_hit_function = Option<
     unsafe extern "C" fn(user: *mut c_void, tile: *const ds_tile, hits: *mut ds_hits) -> i32,
 >;

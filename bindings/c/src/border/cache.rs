@@ -7,7 +7,7 @@ use super::pointers::{hand_out, release, retain};
 use crate::failure::ds_status;
 
 /// Memory for the tiles of many maps.
-#[allow(non_camel_case_types, reason = "a name of C")]
+#[expect(non_camel_case_types, reason = "a name of C")]
 pub struct ds_cache(pub(super) OpenOptions);
 
 /// Makes a cache of at most so many bytes, for any number of maps.

@@ -21,7 +21,7 @@ use super::pointers::{borrow, hand_out, path, release, retain, slice, write};
 use crate::failure::{Failure, Result, ds_status};
 
 /// A deep image in memory.
-#[allow(non_camel_case_types, reason = "a name of C")]
+#[expect(non_camel_case_types, reason = "a name of C")]
 pub struct ds_deep {
     width: u32,
     height: u32,
@@ -37,7 +37,6 @@ pub struct ds_deep {
 /// offsets[i + 1].
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
-#[allow(non_camel_case_types, reason = "a name of C")]
 pub struct ds_deep_view {
     /// Width in pixels.
     pub width: u32,

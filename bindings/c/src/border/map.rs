@@ -12,7 +12,7 @@ use super::pointers::{borrow, hand_out, path, release, retain, write};
 use crate::failure::{Failure, Result, ds_status};
 
 /// An open map. Any number of threads may use it.
-#[allow(non_camel_case_types, reason = "a name of C")]
+#[expect(non_camel_case_types, reason = "a name of C")]
 pub struct ds_map {
     pub(super) map: ShadowMap,
     kind: CString,
@@ -21,7 +21,6 @@ pub struct ds_map {
 /// What a map is.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]
-#[allow(non_camel_case_types, reason = "a name of C")]
 pub struct ds_map_info {
     /// Width of level 0 in pixels.
     pub width: u32,
@@ -36,7 +35,7 @@ pub struct ds_map_info {
 }
 
 /// The visibility functions of a level, in columns.
-#[allow(non_camel_case_types, reason = "a name of C")]
+#[expect(non_camel_case_types, reason = "a name of C")]
 pub struct ds_columns {
     offsets: Vec<u32>,
     depths: Vec<f32>,
@@ -47,7 +46,6 @@ pub struct ds_columns {
 /// offsets[i + 1]. They live as long as their handle.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
-#[allow(non_camel_case_types, reason = "a name of C")]
 pub struct ds_column_view {
     /// Number of pixels; there is one offset more.
     pub pixels: usize,

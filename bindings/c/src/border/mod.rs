@@ -5,7 +5,8 @@
 //! come from this library and were not released; `out` can be written to. NULL is an error, not
 //! a fault, wherever it can be told.
 
-#![allow(unsafe_code, reason = "this module is the border to C")]
+#![expect(unsafe_code, reason = "this module is the border to C")]
+#![expect(unreachable_pub, reason = "C reaches them by their names")]
 
 mod bake;
 mod cache;

@@ -12,7 +12,7 @@ use crate::failure::{Failure, Result, ds_status};
 use crate::settings::{ds_light, ds_query};
 
 /// The shadows of a query, ready for any number of points, from any thread.
-#[allow(non_camel_case_types, reason = "a name of C")]
+#[expect(non_camel_case_types, reason = "a name of C")]
 pub struct ds_shadow {
     shadow: Shadow,
     has_camera: bool,
@@ -156,6 +156,9 @@ pub unsafe extern "C" fn ds_shadow_raster(
     })
 }
 
+/// The shadows, points and room for values of a call.
+type Arrays<'a> = (&'a ds_shadow, &'a [[f64; 3]], &'a mut [f32]);
+
 /// # Safety
 ///
 /// As of [`ds_shadow_world`].
@@ -164,11 +167,11 @@ unsafe fn arrays<'a>(
     points: *const f64,
     count: usize,
     values: *mut f32,
-) -> Result<(&'a ds_shadow, &'a [[f64; 3]], &'a mut [f32])> {
+) -> Result<Arrays<'a>> {
     // SAFETY: as promised to this function.
     let shadow = unsafe { borrow(shadow, "shadow") }?;
     let channels = shadow.shadow.channels();
-    let numbers = count.checked_mul(channels).unwrap_or(usize::MAX);
+    let numbers = count.saturating_mul(channels);
     // SAFETY: as promised to this function.
     Ok(unsafe {
         (shadow, slice(points.cast(), count, "points")?, slice_mut(values, numbers, "values")?)
