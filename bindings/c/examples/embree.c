@@ -30,7 +30,7 @@ static RTCScene soup(RTCDevice device, int triangles)
     for (int triangle = 0; triangle < triangles; ++triangle) {
         float middle[3] = {coordinate(&state), coordinate(&state), coordinate(&state)};
         for (int i = 0; i < 9; ++i)
-            corner[9 * triangle + i] = middle[i % 3] + 0.2f * coordinate(&state);
+            corner[9 * triangle + i] = middle[i % 3] + 0.5f * coordinate(&state);
         for (int i = 0; i < 3; ++i)
             index[3 * triangle + i] = (unsigned)(3 * triangle + i);
     }
@@ -86,7 +86,7 @@ int main(int count, char **words)
 {
     const char *path = count > 1 ? words[1] : "soup.dsm";
     RTCDevice device = rtcNewDevice("threads=1");
-    RTCScene scene = soup(device, 300);
+    RTCScene scene = soup(device, 40);
     ds_light light;
     ds_bake settings;
     ds_report report;
@@ -94,7 +94,7 @@ int main(int count, char **words)
     light.eye[1] = 5;
     light.fov = 50;
     ds_bake_init(&settings);
-    settings.width = 256;
+    settings.width = 1024;
     settings.samples = 4;
     check(ds_bake_hits(hits, scene, 0, &light, &settings, path, &report));
 

@@ -20,7 +20,7 @@ readelf -d "$work/prefix/lib/libdeepshadow.so" | grep -q 'SONAME.*\[libdeepshado
 
 # Threads of a pool that waits for more work are no leak of a program.
 checked() {
-    RAYON_NUM_THREADS=2 valgrind --quiet --error-exitcode=9 --leak-check=full --errors-for-leak-kinds=definite,indirect "$@"
+    RAYON_NUM_THREADS=2 valgrind --quiet --error-exitcode=9 --leak-check=full --show-leak-kinds=definite,indirect --errors-for-leak-kinds=definite,indirect "$@"
 }
 
 mkdir "$work/out"
