@@ -9,9 +9,10 @@ python=$1
 tools=$(realpath "$2")
 folder=$(mkdir -p "$3" && cd "$3" && pwd)
 
+# A target folder of its own: builds with other flags in one folder undo each other.
 rm -rf "$folder/wheels" "$folder/venv"
 PATH=$(dirname "$(realpath -s "$python")"):$PATH maturin build --release --locked --zig --compatibility manylinux_2_28 \
-    --manifest-path "$here/Cargo.toml" --out "$folder/wheels"
+    --manifest-path "$here/Cargo.toml" --target-dir "$folder/target" --out "$folder/wheels"
 wheel=$(echo "$folder"/wheels/*.whl)
 [[ $wheel == *-cp310-abi3-manylinux_2_28_x86_64.whl || $wheel == *-cp310-abi3-manylinux_2_28_aarch64.whl ]] || { echo "not for every Python and glibc 2.28: $wheel" >&2; exit 1; }
 size=$(stat -c %s "$wheel")
