@@ -210,7 +210,7 @@ impl Map {
     }
 
     /// map[y, x]: the vertices of a pixel of level 0, (n, 2) float32 of a depth and a value,
-    /// of RGB maps (n, 4).
+    /// of RGB maps (n, 4). Cost: one tile.
     fn __getitem__<'py>(&self, py: Python<'py>, at: (i64, i64)) -> Result<Bound<'py, PyAny>> {
         let [width, height] = self.map.size();
         let (Some(y), Some(x)) = (index(at.0, height), index(at.1, width)) else {
