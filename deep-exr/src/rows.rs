@@ -81,6 +81,56 @@ impl DeepRows {
         }
     }
 
+    /// Whole rows of an image of this width from columns: the start of each pixel's
+    /// samples and the end, front depths, back depths where there are any, and opacities.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Rows`] for offsets that are no whole rows, do not begin at 0, fall, or do
+    /// not end with the columns, and for columns of different lengths. O(pixels).
+    pub fn from_columns(
+        width: u32,
+        offsets: Vec<u32>,
+        z: Vec<f32>,
+        z_back: Option<Vec<f32>>,
+        alpha: Alpha,
+    ) -> Result<Self> {
+        let rows = Self { width, offsets, z, z_back, alpha };
+        rows.check().map_err(|reason| Error::Rows { place: "columns".to_owned(), reason })?;
+        Ok(rows)
+    }
+
+    fn check(&self) -> Result<(), &'static str> {
+        let Some((&first, &last)) = self.offsets.first().zip(self.offsets.last()) else {
+            return Err("there are no offsets: one more than pixels are needed");
+        };
+        if first != 0 || !self.offsets.is_sorted() {
+            return Err("offsets begin at 0 and do not fall");
+        }
+        if last as usize != self.z.len() {
+            return Err("the last offset is not the number of samples");
+        }
+        if self.width == 0 || !self.pixel_count().is_multiple_of(self.width as usize) {
+            return Err("the pixels are no whole rows");
+        }
+        let opacities: &[&Vec<f32>] = match &self.alpha {
+            Alpha::Opaque => &[],
+            Alpha::Mono(column) => &[column],
+            Alpha::Colour([red, green, blue]) => &[red, green, blue],
+        };
+        let mut columns = opacities.iter().copied().chain(&self.z_back);
+        if columns.any(|column| column.len() != self.z.len()) {
+            return Err("the columns are not of one length");
+        }
+        Ok(())
+    }
+
+    /// The columns, as [`Self::from_columns`] takes them.
+    #[must_use]
+    pub fn into_columns(self) -> (Vec<u32>, Vec<f32>, Option<Vec<f32>>, Alpha) {
+        (self.offsets, self.z, self.z_back, self.alpha)
+    }
+
     /// Width in pixels.
     #[must_use]
     pub fn width(&self) -> u32 {
@@ -306,5 +356,39 @@ impl DeepRows {
             _ => {}
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows(offsets: &[u32], z_back: usize, alpha: usize) -> Result<DeepRows> {
+        let (back, alpha) = (Some(vec![2.0; z_back]), Alpha::Mono(vec![0.5; alpha]));
+        DeepRows::from_columns(2, offsets.to_vec(), vec![1.0, 3.0], back, alpha)
+    }
+
+    #[test]
+    fn columns_come_back_as_they_went_in() {
+        let made = rows(&[0, 2, 2], 2, 2).unwrap();
+        assert_eq!((made.rows(), made.pixel(0), made.pixel(1)), (1, 0..2, 2..2));
+        let (offsets, z, z_back, alpha) = made.clone().into_columns();
+        assert_eq!(DeepRows::from_columns(2, offsets, z, z_back, alpha).unwrap(), made);
+    }
+
+    #[test]
+    fn columns_that_do_not_fit_are_refused() {
+        for (offsets, z_back, alpha) in [
+            (&[][..], 2, 2),
+            (&[0, 2], 2, 2),
+            (&[1, 2, 2], 2, 2),
+            (&[0, 2, 1], 2, 2),
+            (&[0, 1, 3], 2, 2),
+            (&[0, 2, 2], 1, 2),
+            (&[0, 2, 2], 2, 3),
+        ] {
+            let refused = rows(offsets, z_back, alpha);
+            assert!(matches!(refused, Err(Error::Rows { .. })), "{offsets:?} {z_back} {alpha}");
+        }
     }
 }

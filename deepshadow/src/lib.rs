@@ -39,7 +39,9 @@ pub use query::coherence_method::CoherenceMethod;
 pub use query::settings::Query;
 pub use query::trace_method::{FarTable, TraceMethod};
 pub use query::{filter_method::FilterMethod, hybrid_method::HybridMethod, method::Method};
-pub use query::{pcf_method::PcfMethod, prefilter_method::PrefilterMethod};
+pub use query::{
+    method_options::MethodOptions, pcf_method::PcfMethod, prefilter_method::PrefilterMethod,
+};
 pub use shadow::{handle::Shadow, statistics::ShadowStatistics};
 pub use shadow_map::ShadowMap;
 pub use shadow_maps::detail::{Accumulate, Epsilon, PrefilterSettings};

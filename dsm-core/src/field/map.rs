@@ -44,6 +44,12 @@ impl<T: Transmittance> DeepMap<T> {
         &self.pixels
     }
 
+    /// The pixels alone, for callers that keep their columns.
+    #[must_use]
+    pub fn into_pixels(self) -> PixelLists<T> {
+        self.pixels
+    }
+
     /// The function of one pixel.
     ///
     /// # Panics

@@ -268,6 +268,13 @@ impl<T: Transmittance> PixelLists<T> {
         Self { width, height, starts, value_starts, z, values, channels: PhantomData }
     }
 
+    /// The columns, for callers that keep them: first vertex of each pixel, first value
+    /// (empty for mono maps), depths and values, as [`Self::new`] takes them.
+    #[must_use]
+    pub fn into_columns(self) -> (Vec<u32>, Vec<u32>, Vec<f32>, Vec<f32>) {
+        (self.starts, self.value_starts, self.z, self.values)
+    }
+
     /// Borrows the functions.
     #[must_use]
     #[inline(always)]
@@ -419,6 +426,8 @@ mod tests {
         assert_eq!(view.pixel(2, 0).vertices().collect::<Vec<_>>(), grey);
         assert_eq!(view.values().len(), 6 + 2);
         assert_eq!(view.to_lists(), lists);
+        let (starts, value_starts, z, values) = lists.clone().into_columns();
+        assert_eq!(PixelLists::new((3, 1), starts, value_starts, z, values).unwrap(), lists);
     }
 
     #[test]
