@@ -41,7 +41,8 @@ use crate::source::PythonOccluders;
 ///
 /// settings, as `dsm-tools bake` has them: kind ("deep"), resolution (a side or (width,
 /// height)), samples, filter ("box", "tent", "gaussian"), filter_width, tolerance in [0, 1),
-/// layers, coverage (1, 2, 4, 8), resets, preset ("nearest", "paper"), epsilon, accumulate,
+/// method ("greedy", "min-link"), side ("both", "lighter",
+/// "darker"), layers, coverage (1, 2, 4, 8), resets, light_samples, views, preset ("nearest", "paper"), epsilon, accumulate,
 /// levels ("mip", "y", "y:N"), max_level, channels ("auto", "mono", "rgb"; of functions mono
 /// unless told), codec ("exact", "quantized"), depth_error, block ("zstd", "none"), tile,
 /// mip, crop (x0, y0, x1, y1), seed, attrs (a dict).

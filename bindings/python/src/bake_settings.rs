@@ -1,7 +1,9 @@
 //! Settings of a bake from keyword arguments.
 
 use deepshadow::files::{Attribute, Codec, Packing, PyramidOptions};
-use deepshadow::visibility::{Filter, FilterShape, Tolerance};
+use deepshadow::visibility::{
+    Compression, CompressionMethod, Filter, FilterShape, Side, Tolerance,
+};
 use deepshadow::{Bake, Channels, Epsilon, Kind, PrefilterSettings};
 use pyo3::prelude::*;
 
@@ -41,6 +43,9 @@ pub(crate) fn take(given: &Options<'_>) -> Result<(Bake, bool)> {
     settings.max_layers = given.take("layers")?;
     settings.coverage = given.take("coverage")?;
     settings.resets = given.take("resets")?;
+    settings.light_samples = given.take("light_samples")?;
+    settings.views = given.take("views")?;
+    settings.compression = compression(given)?;
     settings.filtering = filtering(given)?;
     let channels = [("auto", Channels::Auto), ("mono", Channels::Mono), ("rgb", Channels::Rgb)];
     settings.channels = given.word("channels", &channels)?.unwrap_or(settings.channels);
@@ -77,6 +82,24 @@ fn side_or_both(given: &Bound<'_, PyAny>) -> Result<[u32; 2]> {
         Ok(side) => Ok([side; 2]),
         Err(_) => Ok(given.extract()?),
     }
+}
+
+/// How functions are compressed, of kind `deep`; `None` if nothing was told. One side alone
+/// takes the method that can keep to it.
+fn compression(given: &Options<'_>) -> Result<Option<Compression>> {
+    let methods = [("greedy", CompressionMethod::Greedy), ("min-link", CompressionMethod::MinLink)];
+    let method = given.word("method", &methods)?;
+    let sides = [("both", Side::Both), ("lighter", Side::Lighter), ("darker", Side::Darker)];
+    let side = given.word("side", &sides)?;
+    if method.is_none() && side.is_none() {
+        return Ok(None);
+    }
+    let side = side.unwrap_or_default();
+    let usual = match side {
+        Side::Both => CompressionMethod::default(),
+        _ => CompressionMethod::MinLink,
+    };
+    Ok(Some(Compression::new(method.unwrap_or(usual)).with_side(side)))
 }
 
 /// How levels are made, of kind `prefiltered`; `None` if nothing was told.

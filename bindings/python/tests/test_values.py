@@ -30,6 +30,9 @@ CASES: list[tuple[str, dict[str, object]]] = [
     ("fragments", {"method": "trace", "rays": 9, "far_table": "on", "bias": 0.05, "seed": 3}),
     ("prefiltered", {}),
     ("prefiltered", {"method": "prefilter", "accumulate": "add", "bias": 0.02}),
+    ("attenuation", {"filter": "tent", "bias": 0.3}),
+    ("mtsm", {"method": "coherence", "rays": 16, "bias": 0.02}),
+    ("layers", {"method": "coherence"}),
 ]
 
 

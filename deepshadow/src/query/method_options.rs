@@ -1,9 +1,11 @@
 //! Methods by their names and options.
 
-use dsm_core::{Bias, Footprint, LevelChoice};
+use dsm_core::{Bias, FilterShape, Footprint, LevelChoice};
 use mtsm::detail::LeafRule;
 use shadow_maps::detail::Accumulate;
 
+use super::attenuation_method::AttenuationMethod;
+use super::coherence_method::CoherenceMethod;
 use super::filter_method::FilterMethod;
 use super::hybrid_method::HybridMethod;
 use super::method::Method;
@@ -84,9 +86,13 @@ impl MethodOptions {
                 let rays = self.rays.unwrap_or(hybrid.rays);
                 HybridMethod { rays, reach: self.reach.or(hybrid.reach), ..hybrid }.into()
             }
+            "attenuation" => {
+                AttenuationMethod { bias: self.depth_bias(), bilinear: self.is_bilinear()? }.into()
+            }
+            "coherence" => self.coherence()?.into(),
             other if other == default.name() => default,
             other => {
-                let known = "filter, trace, pcf, prefilter and hybrid";
+                let known = "filter, trace, pcf, prefilter, hybrid, attenuation and coherence";
                 return refuse(format!("there is no method {other} for this map: {known} are"));
             }
         })
@@ -96,15 +102,15 @@ impl MethodOptions {
     fn check(&self, name: &str) -> Result<()> {
         let is_auto = self.bias == Some(Bias::Auto);
         let options: [(&str, bool, &[&str]); 11] = [
-            ("filter and width", self.footprint.is_some(), &["filter"]),
+            ("filter and width", self.footprint.is_some(), &["filter", "attenuation"]),
             ("level", self.level.is_some(), &["filter"]),
             ("a bias of its own for every point", is_auto, &["filter"]),
             (
                 "bias",
                 self.bias.is_some() && !is_auto,
-                &["filter", "trace", "pcf", "prefilter", "hybrid"],
+                &["filter", "trace", "pcf", "prefilter", "hybrid", "attenuation", "coherence"],
             ),
-            ("rays", self.rays.is_some(), &["trace", "pcf", "hybrid"]),
+            ("rays", self.rays.is_some(), &["trace", "pcf", "hybrid", "coherence"]),
             ("rule", self.rule.is_some(), &["trace"]),
             ("z_threshold", self.depth_threshold.is_some(), &["trace"]),
             ("far_table", self.far_table.is_some(), &["trace"]),
@@ -118,7 +124,9 @@ impl MethodOptions {
                 return refuse(format!("{option}: not for method {name}, but for {methods}"));
             }
         }
-        if name == "trace" && self.depth_bias().is_some_and(|bias| bias < 0.0) {
+        if ["trace", "coherence"].contains(&name)
+            && self.depth_bias().is_some_and(|bias| bias < 0.0)
+        {
             return refuse("bias: a ray offset is not negative".to_owned());
         }
         if self.rays == Some(0) {
@@ -144,6 +152,30 @@ impl MethodOptions {
         }
     }
 
+    /// Whether four pixels of an attenuation map are interpolated: by the narrowest tent.
+    fn is_bilinear(&self) -> Result<bool> {
+        match self.footprint {
+            None | Some(Footprint::Point) => Ok(false),
+            Some(Footprint::Isotropic(filter))
+                if filter.shape() == FilterShape::Tent
+                    && filter.width() == FilterShape::Tent.minimum_width() =>
+            {
+                Ok(true)
+            }
+            Some(_) => refuse(
+                "filter: of method attenuation it is point, or tent for four pixels, of width 2"
+                    .to_owned(),
+            ),
+        }
+    }
+
+    fn coherence(&self) -> Result<CoherenceMethod> {
+        let Some(method) = CoherenceMethod::with_rays(self.rays.unwrap_or(RAYS)) else {
+            return refuse("rays: a square number, 1 to 65536, of method coherence".to_owned());
+        };
+        Ok(self.depth_bias().map_or(method, |start| method.with_start(start)))
+    }
+
     fn prefilter(&self) -> PrefilterMethod {
         PrefilterMethod {
             accumulate: self.accumulate,
@@ -160,6 +192,7 @@ fn refuse<T>(reason: String) -> Result<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dsm_core::Filter;
 
     fn options(method: &str) -> MethodOptions {
         MethodOptions { method: Some(method.to_owned()), ..MethodOptions::default() }
@@ -174,6 +207,21 @@ mod tests {
         assert_eq!(made("pcf"), PcfMethod::new(256).with_bias(0.0).into());
         assert_eq!(made("prefilter"), PrefilterMethod::new().into());
         assert_eq!(made("hybrid"), HybridMethod::default().into());
+        assert_eq!(made("attenuation"), AttenuationMethod::new().into());
+        assert_eq!(made("coherence"), CoherenceMethod::new(16).into());
+        let tent = Filter::new(FilterShape::Tent, 2.0).unwrap();
+        let four = MethodOptions {
+            footprint: Some(Footprint::Isotropic(tent)),
+            bias: Some(Bias::Depth(0.5)),
+            ..options("attenuation")
+        };
+        let want = AttenuationMethod::new().with_bilinear(true).with_bias(0.5);
+        assert_eq!(four.method(default).unwrap(), want.into());
+        let wide = Footprint::Isotropic(Filter::new(FilterShape::Box, 2.0).unwrap());
+        let wide = MethodOptions { footprint: Some(wide), ..options("attenuation") };
+        assert!(wide.method(default).unwrap_err().to_string().contains("four pixels"));
+        let few = MethodOptions { rays: Some(99), ..options("coherence") };
+        assert!(few.method(default).unwrap_err().to_string().contains("square"));
         assert!(options("shine").method(default).is_err());
     }
 

@@ -69,18 +69,18 @@ fn a_side_is_kept_and_stated() {
         }
     };
     for (side, sign) in [("lighter", 1.0), ("darker", -1.0)] {
-        run!("convert", exact, map, "--tolerance", "0.05", "--side", side, "--quiet").stdout();
+        run!("convert", exact, map, "--tolerance", "0.2", "--side", side, "--quiet").stdout();
         assert_eq!(inspected(&map)["compression"], json!({"method": "min-link", "side": side}));
-        let mut used = false;
+        let mut most = 0.0_f64;
         for x in 0..32 {
             let (exact, stored) = (pixel(&exact, x), pixel(&map, x));
             for z in exact.iter().chain(&stored).map(|vertex| vertex[0]) {
                 let off = sign * (behind(&stored, z) - behind(&exact, z));
-                assert!((-1e-7..=0.05 + 1e-6).contains(&off), "{side} {x} {z}: {off}");
-                used |= off > 0.02;
+                assert!((-1e-7..=0.2 + 1e-6).contains(&off), "{side} {x} {z}: {off}");
+                most = most.max(off);
             }
         }
-        assert!(used, "{side} uses its tolerance");
+        assert!(most > 0.1, "{side} uses its tolerance: {most}");
     }
 }
 

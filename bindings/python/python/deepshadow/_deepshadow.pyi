@@ -72,6 +72,10 @@ class _BakeSettings(TypedDict, total=False):
     layers: int | None
     coverage: Literal[1, 2, 4, 8] | None
     resets: int | None
+    method: Literal["greedy", "min-link"] | None
+    side: Literal["both", "lighter", "darker"] | None
+    light_samples: int | None
+    views: int | None
     preset: Literal["nearest", "paper"] | None
     epsilon: float | None
     accumulate: Literal["add", "multiply", "max"] | None
