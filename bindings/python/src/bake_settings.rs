@@ -86,7 +86,7 @@ fn side_or_both(given: &Bound<'_, PyAny>) -> Result<[u32; 2]> {
 
 /// How functions are compressed, of kind `deep`; `None` if nothing was told. One side alone
 /// takes the method that can keep to it.
-fn compression(given: &Options<'_>) -> Result<Option<Compression>> {
+pub(crate) fn compression(given: &Options<'_>) -> Result<Option<Compression>> {
     let methods = [("greedy", CompressionMethod::Greedy), ("min-link", CompressionMethod::MinLink)];
     let method = given.word("method", &methods)?;
     let sides = [("both", Side::Both), ("lighter", Side::Lighter), ("darker", Side::Darker)];

@@ -7,7 +7,7 @@ use deepshadow::files::{Codec, ConvertOptions, ExportOptions, Packing, WriteOpti
 use deepshadow::visibility::Tolerance;
 use deepshadow::visibility::detail::Quantization;
 
-use crate::bake_settings::{CODECS, PACKINGS};
+use crate::bake_settings::{CODECS, PACKINGS, compression};
 use crate::error::{Failure, Result};
 use crate::options::Options;
 
@@ -54,7 +54,8 @@ pub(crate) fn take_map(given: &Options<'_>) -> Result<ConvertOptions> {
             .word("camera_axis", &[("+z", ViewAxis::PlusZ), ("-z", ViewAxis::MinusZ)])?,
         ndc_range: given.word("ndc", &[("unit", NdcRange::Unit), ("screen", NdcRange::Screen)])?,
     };
-    Ok(ConvertOptions { tolerance, write, cameras, quantization })
+    let compression = compression(given)?.unwrap_or_default();
+    Ok(ConvertOptions { tolerance, write, cameras, quantization, compression })
 }
 
 /// The layout, compression and type of opacities of images that are written.

@@ -243,7 +243,7 @@ pub(crate) fn write_deep_exr<'py>(
 /// visibility functions, as convert() makes them of a deep OpenEXR. Returns convert()'s dict.
 ///
 /// The columns are those of write_deep_exr(). camera: a dict such as Map.camera, kept as
-/// float32. settings: tolerance in [0, 1) (0), codec, depth_error, block, tile, as bake() has
+/// float32. settings: tolerance in [0, 1) (0), method, side, codec, depth_error, block, tile, as bake() has
 /// them. Cost: O(samples · log samples of a pixel).
 ///
 /// Raises SettingError for columns that do not fit together, Cancelled.

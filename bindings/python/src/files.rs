@@ -23,7 +23,7 @@ use crate::progress::run;
 /// in .exr, a deep image of a map. output is replaced when it is whole.
 ///
 /// options, as `dsm-tools convert` has them: tolerance; part, layer, channels of an image that
-/// is read; codec, depth_error, block, tile, camera_axis ("+z", "-z"), ndc ("unit", "screen")
+/// is read; method, side, codec, depth_error, block, tile, camera_axis ("+z", "-z"), ndc ("unit", "screen")
 /// of maps that are written; exr_layout, exr_type, exr_compression, tile of images.
 ///
 /// Returns a dict: of maps samples and notes, what was clamped, dropped or assumed, a line

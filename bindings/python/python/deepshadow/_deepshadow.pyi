@@ -93,6 +93,8 @@ class _BakeSettings(TypedDict, total=False):
 
 class _MapSettings(TypedDict, total=False):
     tolerance: float | None
+    method: Literal["greedy", "min-link"] | None
+    side: Literal["both", "lighter", "darker"] | None
     codec: Literal["exact", "quantized"] | None
     depth_error: float | None
     block: Literal["zstd", "none"] | None
