@@ -26,7 +26,7 @@ pub(crate) struct Shadow {
 }
 
 /// Points that are answered first between two looks for Ctrl-C, and at most.
-const FEW: usize = 1 << 14;
+const FEW: usize = 2 * TASK;
 const MANY: usize = 1 << 20;
 
 /// Points that one task takes.
