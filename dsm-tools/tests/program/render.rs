@@ -157,7 +157,7 @@ fn what_cannot_be_rendered_leaves_no_picture() {
     let nowhere = folder.path("no/where.png");
     run!("render", scene, "-o", nowhere, "--samples", "1").refusal();
     for (more, reason) in [
-        (["--method", "coherence"], "coherence"),
+        (["--method", "radiosity"], "radiosity"),
         (["--samples", "0"], "--samples"),
         (["--rays", "0"], "--rays"),
         (["--resolution", "0x4"], "65,536"),

@@ -45,7 +45,7 @@ fn wrong_usage_has_exit_code_2() {
 fn what_is_not_there_is_not_accepted() {
     run!("render", "a", "-o", "b.png", "--crop", "0").is_wrong_usage("--crop");
     run!("lookup", "a", "--points", "b", "--sub-lights", "2").is_wrong_usage("--sub-lights");
-    for method in ["views", "coherence"] {
+    for method in ["views", "radiosity"] {
         run!("lookup", "a", "--points", "b", "--method", method).is_wrong_usage(method);
     }
 }

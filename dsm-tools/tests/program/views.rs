@@ -113,7 +113,10 @@ fn switches_of_others_are_refused() {
     bake(&scene, &map, &["--resolution", "32"]).stdout();
     for method in ["filter", "pcf", "prefilter", "attenuation"] {
         let refused = run!("lookup", map, "--points", points, "--method", method);
-        assert!(refused.refusal().contains("--method trace reads them"), "{refused:?}");
+        assert!(
+            refused.refusal().contains("--method trace or coherence reads them"),
+            "{refused:?}"
+        );
     }
     for (switch, value) in [("--rule", "ratio"), ("--far-table", "on")] {
         let refused = run!("lookup", map, "--points", points, switch, value);
