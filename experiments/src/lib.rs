@@ -1,6 +1,7 @@
 //! The papers' experiments, measured again: figures, tables and pictures, which
 //! the programs in `src/bin` write into `docs/results`.
 
+pub mod arguments;
 pub mod attenuation;
 pub mod coherence;
 pub mod compression;

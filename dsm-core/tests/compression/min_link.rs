@@ -237,7 +237,6 @@ fn pixels_need_few_vertices() {
 
 /// A million vertices that fall by less than rounding, one by one, and a million steps.
 #[test]
-#[ignore = "takes a while"]
 fn a_million_vertices_are_few() {
     let count = 1_000_000_u32;
     let mut random = Random::new(18);
