@@ -27,9 +27,9 @@ use crate::values::Values;
 /// A shadow map in a file, of any kind and number of channels. Clones are the same
 /// map; any number of threads may use it.
 ///
-/// The file is mapped into memory and its tiles are read when they are needed,
-/// through a cache ([`OpenOptions`]). A file that another process shortens
-/// meanwhile ends this one; see [`Container::open`].
+/// The file's tiles are read when they are needed, each checked, through a cache
+/// ([`OpenOptions`]). Of a file that another process writes to meanwhile, what was
+/// changed is an error.
 ///
 /// ```
 /// use deepshadow::glam::DVec3;
@@ -65,7 +65,11 @@ impl ShadowMap {
     }
 
     fn open_with(path: &Path, options: &OpenOptions) -> Result<Self> {
-        let container = Container::open(path, &options.limits)?;
+        let container = if options.is_mapped {
+            Container::open_mapped(path, &options.limits)?
+        } else {
+            Container::open(path, &options.limits)?
+        };
         let found = container.kind().map_err(|error| error.in_file(container.path()))?;
         let Some(kind) = Kind::named(&found) else {
             let error = FileError::Kind { found, wanted: "one that this program knows" };

@@ -20,7 +20,7 @@ pub enum AnyCachedMap {
 }
 
 impl AnyCachedMap {
-    /// Opens a map, mapped into memory ([`MapReader::open`]).
+    /// Opens a map ([`MapReader::open`]).
     ///
     /// # Errors
     ///

@@ -111,7 +111,7 @@ pub mod detail {
         },
         row_order::RowOrder,
         section_kind::SectionKind,
-        source::{Source, mapped::MappedFile, memory::Memory},
+        source::{Source, mapped::MappedFile, memory::Memory, ranges::FileRanges},
         tile::Tile,
         tile_id::{TileId, TileRect},
         worst_pixel::WorstPixel,

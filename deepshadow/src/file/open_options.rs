@@ -1,6 +1,8 @@
 //! Options of opening maps.
 
 use dsm_io::Limits;
+#[cfg(doc)]
+use dsm_io::detail::Container;
 use dsm_io::detail::TileCache;
 
 /// Bytes of tiles that are kept at hand unless another budget is set: the tiles of
@@ -22,13 +24,14 @@ const TILE_BYTES: u64 = 1 << 30;
 pub struct OpenOptions {
     pub(crate) cache: TileCache,
     pub(crate) limits: Limits,
+    pub(crate) is_mapped: bool,
 }
 
 impl OpenOptions {
     /// A tile cache of 1 GiB, and the usual limits.
     #[must_use]
     pub fn new() -> Self {
-        Self { cache: TileCache::new(TILE_BYTES), limits: Limits::default() }
+        Self { cache: TileCache::new(TILE_BYTES), limits: Limits::default(), is_mapped: false }
     }
 
     /// A new tile cache that keeps at most so many bytes, for all maps that are
@@ -48,6 +51,13 @@ impl OpenOptions {
     #[must_use]
     pub fn with_limits(self, limits: Limits) -> Self {
         Self { limits, ..self }
+    }
+
+    /// Maps files into memory instead of reading them: only for files that nobody
+    /// writes to meanwhile ([`Container::open_mapped`]).
+    #[must_use]
+    pub fn with_mapping(self, is_mapped: bool) -> Self {
+        Self { is_mapped, ..self }
     }
 
     /// The tile cache, whose statistics tell hits and misses.

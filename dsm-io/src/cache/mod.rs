@@ -82,8 +82,8 @@ impl TileCache {
         self.store.budget()
     }
 
-    /// Opens a deep map, mapped into memory ([`MapReader::open`]). Opening a file
-    /// twice makes two maps: it may have been replaced meanwhile.
+    /// Opens a deep map ([`MapReader::open`]). Opening a file twice makes two maps: it
+    /// may have been replaced meanwhile.
     ///
     /// # Errors
     ///

@@ -16,6 +16,7 @@ use crate::section_kind::SectionKind;
 use crate::source::Source;
 use crate::source::mapped::MappedFile;
 use crate::source::memory::Memory;
+use crate::source::ranges::FileRanges;
 use crate::tile_id::{TileId, TileRect};
 
 /// An open `.dsm` file of any kind of map.
@@ -55,19 +56,37 @@ pub struct Container {
 }
 
 impl Container {
-    /// Maps a file into memory.
-    ///
-    /// Another process that truncates the file while it is mapped makes the
-    /// operating system end this one (SIGBUS). Files written by this crate
-    /// are replaced whole and never truncated; where others may do so, use
-    /// [`Self::open_in_memory`].
+    /// Opens a file, whose tiles are read as they are asked for, each into memory of
+    /// its own. Somebody who writes to the file or cuts it meanwhile causes errors,
+    /// and nothing worse.
     ///
     /// # Errors
     ///
     /// [`Error::File`], naming the file, with what is wrong with it.
     pub fn open(path: impl AsRef<Path>, limits: &Limits) -> Result<Self> {
-        let path = path.as_ref();
-        MappedFile::open(path)
+        Self::open_as(path.as_ref(), FileRanges::open, limits)
+    }
+
+    /// Maps a file into memory: plain tiles are used where they lie, without a copy.
+    ///
+    /// Only for files that nobody changes while they are mapped. Who cuts one makes
+    /// the operating system end this process (SIGBUS); of one that is written to, what
+    /// was checked may no longer be what is used. Files written by this crate are
+    /// replaced whole.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::open`].
+    pub fn open_mapped(path: impl AsRef<Path>, limits: &Limits) -> Result<Self> {
+        Self::open_as(path.as_ref(), MappedFile::open, limits)
+    }
+
+    fn open_as<S: Source + 'static>(
+        path: &Path,
+        open: impl FnOnce(&Path) -> Result<S>,
+        limits: &Limits,
+    ) -> Result<Self> {
+        open(path)
             .and_then(|source| Self::read(Box::new(source), Some(path), limits))
             .map_err(|error| error.in_file(Some(path)))
     }
@@ -78,10 +97,8 @@ impl Container {
     ///
     /// As [`Self::open`].
     pub fn open_in_memory(path: impl AsRef<Path>, limits: &Limits) -> Result<Self> {
-        let path = path.as_ref();
-        Memory::read(path, limits.max_in_memory_bytes)
-            .and_then(|source| Self::read(Box::new(source), Some(path), limits))
-            .map_err(|error| error.in_file(Some(path)))
+        let read = |path: &Path| Memory::read(path, limits.max_in_memory_bytes);
+        Self::open_as(path.as_ref(), read, limits)
     }
 
     /// Opens a file that `source` holds.

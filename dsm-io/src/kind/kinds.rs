@@ -57,8 +57,7 @@ impl Kinds {
         self.kinds.iter().map(|kind| kind.name)
     }
 
-    /// Opens a map, mapped into memory; see [`Container::open`] for what that
-    /// means if another process truncates the file.
+    /// Opens a map, whose tiles are read as they are asked for.
     ///
     /// # Errors
     ///

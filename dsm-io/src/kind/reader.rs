@@ -38,8 +38,7 @@ pub struct KindReader<K: MapKind> {
 }
 
 impl<K: MapKind> KindReader<K> {
-    /// Maps a file into memory; see [`Container::open`] for what that means
-    /// if another process truncates the file.
+    /// Opens a file, whose tiles are read as they are asked for.
     ///
     /// # Errors
     ///

@@ -9,11 +9,12 @@ use memmap2::Mmap;
 use super::{Source, open_regular, slice};
 use crate::error::{Error, Result};
 
-/// A file's bytes, paged in as they are read.
+/// A file's bytes, paged in as they are read: for files that nobody writes to.
 ///
 /// Whoever shortens the file meanwhile makes the operating system end this
-/// process (SIGBUS). Writing a `.dsm` file with this crate never does that:
-/// it replaces the file and leaves the mapped one alone.
+/// process (SIGBUS), and what others write to it can change after it was checked.
+/// Writing a `.dsm` file with this crate never does either: it replaces the file and
+/// leaves the mapped one alone.
 #[derive(Debug)]
 pub struct MappedFile(Option<Mmap>);
 

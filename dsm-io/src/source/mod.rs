@@ -2,6 +2,7 @@
 
 pub(crate) mod mapped;
 pub(crate) mod memory;
+pub(crate) mod ranges;
 
 use std::borrow::Cow;
 use std::fmt::Debug;
@@ -11,8 +12,9 @@ use std::path::Path;
 
 use crate::error::{Error, Result};
 
-/// A file's bytes, which never change, by ranges: a mapping, memory, or whatever
-/// else can be asked for some bytes at some offset, such as an object store.
+/// A file's bytes by ranges: a file, a mapping, memory, or whatever else can be asked
+/// for some bytes at some offset, such as an object store. What a range answers once
+/// does not change, even if the file does.
 ///
 /// Readers ask for the prologue, the sections and the tile directories when a file
 /// is opened, then for each tile that is read, one range each, and never for more

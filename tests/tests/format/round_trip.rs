@@ -2,7 +2,7 @@
 
 use dsm_core::detail::{PixelLists, PixelListsView};
 use dsm_core::{DeepMap, MapInfo, Rgb, Transmittance};
-use dsm_io::detail::{AnyDeepMap, TileId};
+use dsm_io::detail::{AnyDeepMap, Container, TileId};
 use dsm_io::{AchievedError, Limits, MapReader, Metadata, Packing, WriteOptions, write_map};
 use dsm_testkit::config;
 use proptest::prelude::*;
@@ -35,9 +35,11 @@ fn check<T: Transmittance>(pixels: &PixelLists<T>, options: WriteOptions) {
     assert_eq!(path.metadata().unwrap().len(), length);
 
     let limits = Limits::default();
-    let mapped = MapReader::open(&path, &limits).unwrap();
+    let file = MapReader::open(&path, &limits).unwrap();
+    let mapped = Container::open_mapped(&path, &limits);
+    let mapped = MapReader::new(mapped.unwrap(), &limits).unwrap();
     let memory = MapReader::open_in_memory(&path, &limits).unwrap();
-    for reader in [&mapped, &memory] {
+    for reader in [&file, &mapped, &memory] {
         assert_eq!(reader.metadata(), &metadata);
         assert!(reader.verify().is_empty(), "{:?}", reader.verify());
         let read = reader.read_map::<T>(0).unwrap();
@@ -48,8 +50,10 @@ fn check<T: Transmittance>(pixels: &PixelLists<T>, options: WriteOptions) {
     assert_eq!(columns, width.div_ceil(options.tile_size));
     for (y, x) in (0..rows).flat_map(|y| (0..columns).map(move |x| (y, x))) {
         let id = TileId::new(0, x, y);
-        let (tile, other) = (mapped.tile::<T>(id).unwrap(), memory.tile::<T>(id).unwrap());
-        assert_eq!(bits(tile.view()), bits(other.view()));
+        let tile = mapped.tile::<T>(id).unwrap();
+        for other in [&file, &memory] {
+            assert_eq!(bits(tile.view()), bits(other.tile::<T>(id).unwrap().view()));
+        }
         let rect = mapped.tile_rect(id).unwrap();
         assert_eq!([tile.view().width(), tile.view().height()], [rect.width, rect.height]);
         let corner = pixels.view().pixel(rect.x, rect.y);
