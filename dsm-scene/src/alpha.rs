@@ -86,6 +86,11 @@ impl AlphaTexture {
         Ok(Self { width, height, texels, wrap, nearest: false, uv_transform })
     }
 
+    /// Bytes of its texels.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.texels.len() as u64
+    }
+
     /// The texture with `value` of each texel in place of it; both in [0, 1].
     pub(crate) fn mapped(self, value: impl Fn(f32) -> f32) -> Self {
         let code = |texel: &u8| (value(f32::from(*texel) / 255.0) * 255.0).round() as u8;

@@ -34,6 +34,14 @@ pub struct Curves {
 }
 
 impl Curves {
+    /// Bytes of its columns.
+    pub(crate) fn bytes(&self) -> u64 {
+        let numbers =
+            [self.radii.len(), self.opacities.len(), self.starts.len(), self.segments.len()];
+        let numbers: usize = numbers.iter().sum();
+        (size_of_val(&*self.points) + 4 * numbers) as u64
+    }
+
     /// Strands of `lengths` points each, one after the other; strands of fewer
     /// than two points have no segments. One radius a point.
     ///

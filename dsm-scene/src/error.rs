@@ -6,6 +6,8 @@ use std::{fmt, io};
 
 use dsm_core::detail::InFile;
 
+use crate::scene_memory::Mebibytes;
+
 /// A part of a file or of an object.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -75,6 +77,20 @@ pub enum Error {
         /// Its answer.
         #[source]
         error: io::Error,
+    },
+    /// A scene that takes more memory than it may.
+    #[error(
+        "the scene takes {} of memory, more than the {} it may take: {largest}",
+        Mebibytes(*needed),
+        Mebibytes(*limit)
+    )]
+    Memory {
+        /// The bytes that were needed when it was refused; there may be more.
+        needed: u64,
+        /// The bytes that it may take.
+        limit: u64,
+        /// What is large, and how large.
+        largest: String,
     },
     /// A part of a file or object that breaks a rule.
     #[error("{place}: {reason}")]

@@ -10,11 +10,12 @@ use serde::Deserialize;
 
 use crate::builtin::builtin_scene;
 use crate::error::{Error, Place, Result};
+use crate::load::library::Library;
 use crate::load::read_stage;
 use crate::load::vdb::choice::GridChoice;
 use crate::load::warnings::Warnings;
 use crate::load::{
-    AnimationTime, extension, is_stage, load_curves, load_volume, read_file, read_mesh, read_shape,
+    AnimationTime, extension, is_stage, read_curves, read_file, read_mesh, read_shape, read_volume,
 };
 use crate::scene::{Object, Scene, Shape};
 use crate::transform::{Motion, Transform};
@@ -206,13 +207,21 @@ pub struct SceneOptions {
     /// The grid of a volume's file that is the scene. Scene files name theirs
     /// themselves.
     pub grid: Option<GridChoice>,
+    /// The most bytes that the scene may take ([`Scene::memory`]); any number without.
+    pub memory: Option<u64>,
 }
 
 impl SceneOptions {
     /// The same with this grid of a volume's file.
     #[must_use]
     pub fn grid(self, grid: GridChoice) -> Self {
-        Self { grid: Some(grid) }
+        Self { grid: Some(grid), ..self }
+    }
+
+    /// The same for a scene that takes at most so many bytes.
+    #[must_use]
+    pub fn memory(self, bytes: u64) -> Self {
+        Self { memory: Some(bytes), ..self }
     }
 }
 
@@ -221,41 +230,51 @@ impl SceneOptions {
 /// # Errors
 ///
 /// Those of [`open_scene`]; [`Error::Malformed`] for a grid of a file that is no
-/// volume.
+/// volume; [`Error::Memory`], before the memory is taken, for a scene that needs more
+/// than it may take.
 pub fn open_scene_with(path: &Path, options: &SceneOptions) -> Result<Scene> {
+    let library = Library::new(options.memory.unwrap_or(u64::MAX));
+    let scene = read_any(path, options, &library)?;
+    let (files, limit) = library.into_memory();
+    let scene = Scene { files, ..scene };
+    scene.memory().check("", 0, limit)?;
+    Ok(scene)
+}
+
+fn read_any(path: &Path, options: &SceneOptions, library: &Library) -> Result<Scene> {
     if let Some(grid) = &options.grid {
         if extension(path).as_deref() != Some("vdb") {
             let reason = "only a volume's file (.vdb) has grids; a scene file has a key for it";
             return Err(Error::malformed(Place::Named("grid".into()), reason));
         }
-        let volume = load_volume(path, Some(grid))?;
+        let volume = read_volume(path, Some(grid), library)?;
         return Ok(Scene::of_objects(vec![Object::new(Shape::Volume(volume))]));
     }
     if let Some(name) = path.to_str().and_then(|name| name.strip_prefix("builtin:")) {
         return builtin_scene(name);
     }
     if extension(path).as_deref() == Some("toml") {
-        return read_scene(path).map_err(|error| error.in_file(path));
+        return read_scene(path, library).map_err(|error| error.in_file(path));
     }
     let mut warnings = Warnings::default();
     let objects = if is_stage(path) {
-        read_stage(path, None, &mut warnings)?
+        read_stage(path, None, library, &mut warnings)?
     } else {
-        vec![Object::new(read_shape(path, &mut warnings)?)]
+        vec![Object::new(read_shape(path, library, &mut warnings)?)]
     };
     Ok(Scene { warnings: warnings.into_lines(), ..Scene::of_objects(objects) })
 }
 
-fn read_scene(path: &Path) -> Result<Scene> {
+fn read_scene(path: &Path, library: &Library) -> Result<Scene> {
     let bytes = read_file(path)?;
     let text = String::from_utf8(bytes).map_err(|error| {
         let place = Place::Byte(error.utf8_error().valid_up_to() as u64);
         Error::malformed(place, "not a text in UTF-8")
     })?;
-    parse_scene(&text, path.parent().unwrap_or(Path::new("")))
+    parse_scene(&text, path.parent().unwrap_or(Path::new("")), library)
 }
 
-fn parse_scene(text: &str, folder: &Path) -> Result<Scene> {
+fn parse_scene(text: &str, folder: &Path, library: &Library) -> Result<Scene> {
     let file: SceneFile = toml::from_str(text).map_err(|error| {
         let start = error.span().map_or(0, |span| span.start.min(text.len()));
         let line = 1 + text.as_bytes()[..start].iter().filter(|&&byte| byte == b'\n').count();
@@ -264,8 +283,10 @@ fn parse_scene(text: &str, folder: &Path) -> Result<Scene> {
     })?;
     let mut shapes = Shapes {
         folder,
+        library,
         loaded: HashMap::new(),
         stages: HashMap::new(),
+        builtins: HashMap::new(),
         warnings: Warnings::default(),
     };
     let mut objects = Vec::new();
@@ -307,10 +328,13 @@ fn within(error: Error, table: &str) -> Error {
 /// Shapes from files, each read once.
 struct Shapes<'a> {
     folder: &'a Path,
+    library: &'a Library,
     /// By path and by what they are made with.
     loaded: HashMap<(PathBuf, Option<String>), Arc<Shape>>,
     /// By path and the bits of the time.
     stages: HashMap<(PathBuf, Option<u64>), Vec<Object>>,
+    /// By name.
+    builtins: HashMap<String, Vec<Object>>,
     warnings: Warnings,
 }
 
@@ -319,14 +343,14 @@ impl Shapes<'_> {
         &mut self,
         path: &Path,
         made_with: Option<String>,
-        load: impl FnOnce(&Path, &mut Warnings) -> Result<Shape>,
+        load: impl FnOnce(&Path, &Library, &mut Warnings) -> Result<Shape>,
     ) -> Result<Arc<Shape>> {
         let path = self.folder.join(path);
         let key = (path.clone(), made_with);
         if let Some(shape) = self.loaded.get(&key) {
             return Ok(Arc::clone(shape));
         }
-        let shape = Arc::new(load(&path, &mut self.warnings)?);
+        let shape = Arc::new(load(&path, self.library, &mut self.warnings)?);
         self.loaded.insert(key, Arc::clone(&shape));
         Ok(shape)
     }
@@ -336,8 +360,19 @@ impl Shapes<'_> {
         if let Some(objects) = self.stages.get(&key) {
             return Ok(objects.clone());
         }
-        let objects = read_stage(&key.0, time, &mut self.warnings)?;
+        let objects = read_stage(&key.0, time, self.library, &mut self.warnings)?;
         self.stages.insert(key, objects.clone());
+        Ok(objects)
+    }
+
+    fn builtin(&mut self, name: &str) -> Result<Vec<Object>> {
+        if let Some(objects) = self.builtins.get(name) {
+            return Ok(objects.clone());
+        }
+        let objects = builtin_scene(name)?.objects;
+        let bytes = objects.iter().map(|object| object.shape.memory()).sum();
+        self.library.add_file(Path::new(&format!("builtin:{name}")), bytes)?;
+        self.builtins.insert(name.to_owned(), objects.clone());
         Ok(objects)
     }
 }
@@ -366,8 +401,8 @@ fn make_object(table: &ObjectTable, shapes: &mut Shapes<'_>) -> Result<Vec<Objec
     let mut objects = match (curves, mesh, volume, usd, builtin) {
         (None, None, None, Some(path), None) => shapes.stage(path, table.time)?,
         (Some(path), None, None, None, None) => {
-            let load = |path: &Path, _: &mut Warnings| {
-                let curves = load_curves(path)?;
+            let load = |path: &Path, library: &Library, _: &mut Warnings| {
+                let curves = read_curves(path, library)?;
                 Ok(Shape::Curves(match table.thickness {
                     Some(diameter) => curves.with_thickness(diameter).map_err(|_| {
                         let reason = "must lie between 0 and 2e18";
@@ -381,19 +416,19 @@ fn make_object(table: &ObjectTable, shapes: &mut Shapes<'_>) -> Result<Vec<Objec
         (None, Some(path), None, None, None) => {
             let time =
                 table.time.map(|time| AnimationTime { time, animation: table.animation.clone() });
-            let load = |path: &Path, warnings: &mut Warnings| {
-                read_mesh(path, time.as_ref(), warnings).map(Shape::Mesh)
+            let load = |path: &Path, library: &Library, warnings: &mut Warnings| {
+                read_mesh(path, time.as_ref(), library, warnings).map(Shape::Mesh)
             };
             vec![of_shape(shapes.get(path, time.as_ref().map(|time| format!("{time:?}")), load)?)]
         }
         (None, None, Some(path), None, None) => {
             let choice = table.grid.as_deref().map(str::parse).transpose()?;
-            let load = |path: &Path, _: &mut Warnings| {
-                load_volume(path, choice.as_ref()).map(Shape::Volume)
+            let load = |path: &Path, library: &Library, _: &mut Warnings| {
+                read_volume(path, choice.as_ref(), library).map(Shape::Volume)
             };
             vec![of_shape(shapes.get(path, table.grid.clone(), load)?)]
         }
-        (None, None, None, None, Some(name)) => builtin_scene(name)?.objects,
+        (None, None, None, None, Some(name)) => shapes.builtin(name)?,
         _ => return refuse("shape", "it has one of curves, mesh, volume, usd and builtin"),
     };
     let opacity = match table.opacity {

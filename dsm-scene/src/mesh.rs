@@ -74,6 +74,19 @@ impl TriangleMesh {
         Ok(Self { positions, triangles, ..Self::default() })
     }
 
+    /// Bytes of its columns, without the images of its materials, which may be shared.
+    pub(crate) fn bytes(&self) -> u64 {
+        fn of<V>(column: &[V]) -> u64 {
+            size_of_val(column) as u64
+        }
+        of(&self.positions)
+            + of(&self.triangles)
+            + of(&self.uvs)
+            + of(&self.alphas)
+            + of(&self.triangle_alphas)
+            + of(&self.vertex_alphas)
+    }
+
     /// Sets texture coordinates: one a vertex, or none.
     ///
     /// # Errors

@@ -9,6 +9,7 @@ use crate::bounds::Bounds;
 use crate::curves::Curves;
 use crate::error::{Error, Place, Result};
 use crate::mesh::TriangleMesh;
+use crate::scene_memory::SceneMemory;
 use crate::transform::Motion;
 use crate::view::{Camera, Light};
 use crate::volume::Volume;
@@ -41,6 +42,15 @@ impl Shape {
             Self::Mesh(mesh) => mesh.bounds(),
             Self::Curves(curves) => curves.bounds(),
             Self::Volume(volume) => volume.bounds(),
+        }
+    }
+
+    /// Bytes that it takes.
+    pub(crate) fn memory(&self) -> u64 {
+        match self {
+            Self::Mesh(mesh) => mesh.bytes(),
+            Self::Curves(curves) => curves.bytes(),
+            Self::Volume(volume) => volume.bytes(),
         }
     }
 }
@@ -176,6 +186,8 @@ pub struct Scene {
     pub shutter: [f64; 2],
     /// See [`Self::warnings`].
     pub(crate) warnings: Vec<String>,
+    /// Of what was read of files; see [`Self::memory`].
+    pub(crate) files: SceneMemory,
 }
 
 impl Scene {
@@ -200,7 +212,14 @@ impl Scene {
         };
         let view = from(DVec3::new(-1.0, 1.0, 2.0));
         let camera = Camera { view, fov: 45.0, resolution: [640, 360] };
-        Self { objects, light, camera, shutter: [0.0, 1.0], warnings: Vec::new() }
+        Self {
+            objects,
+            light,
+            camera,
+            shutter: [0.0, 1.0],
+            warnings: Vec::new(),
+            files: SceneMemory::default(),
+        }
     }
 
     /// What its files hold that was not understood, or was taken in one of several ways,
@@ -208,6 +227,15 @@ impl Scene {
     #[must_use]
     pub fn warnings(&self) -> &[String] {
         &self.warnings
+    }
+
+    /// The memory that it takes: its files, and what has to be built of its objects to
+    /// bake or trace them.
+    #[must_use]
+    pub fn memory(&self) -> SceneMemory {
+        let mut memory = self.files.clone();
+        memory.add_structures(&self.objects);
+        memory
     }
 
     /// Sets the objects.

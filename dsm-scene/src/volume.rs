@@ -46,6 +46,11 @@ pub struct Volume {
 }
 
 impl Volume {
+    /// Bytes of its bricks.
+    pub(crate) fn bytes(&self) -> u64 {
+        (4 * (self.table.len() + self.values.len()) + self.occupied.len()) as u64
+    }
+
     /// Number of voxels that were set.
     #[must_use]
     pub fn voxel_count(&self) -> u64 {

@@ -16,7 +16,7 @@ const BYTES_PER_BYTE: u64 = 1 << 15;
 const FREE_BYTES: u64 = 1 << 26;
 
 /// The channel of an image that holds opacity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Channel {
     /// Alpha; images without it are opaque.
     Alpha,
@@ -33,11 +33,13 @@ pub(super) enum Channel {
 }
 
 /// The opacity of an image, BMP, JPEG, PNG, TGA or WebP; `None` if it is opaque
-/// everywhere. A TGA is told by its `extension`: it has no mark of its own.
+/// everywhere. A TGA is told by its `extension`: it has no mark of its own. `check` is
+/// asked before that many bytes are unpacked.
 pub(super) fn decode(
     bytes: &[u8],
     extension: Option<&str>,
     channel: Channel,
+    check: impl FnOnce(u64) -> Result<()>,
 ) -> Result<Option<AlphaTexture>> {
     let broken =
         |error: image::ImageError| Error::malformed(Place::Whole, one_line(&error.to_string()));
@@ -62,6 +64,7 @@ pub(super) fn decode(
     if decoder.total_bytes() > most {
         return Err(Error::malformed(Place::Header, "the image is too large"));
     }
+    check(decoder.total_bytes())?;
     let image = DynamicImage::from_decoder(decoder).map_err(broken)?;
     let (width, height) = (image.width(), image.height());
     let alphas = opacities(image, channel);
@@ -134,7 +137,7 @@ mod tests {
     }
 
     fn left(bytes: &[u8], channel: Channel) -> Option<f32> {
-        let texture = decode(bytes, Some("tga"), channel).unwrap()?;
+        let texture = decode(bytes, Some("tga"), channel, |_| Ok(())).unwrap()?;
         Some(texture.sample(Vec2::new(0.25, 0.5)))
     }
 
@@ -214,21 +217,23 @@ mod tests {
             let whole = encoded(format, ExtendedColorType::Rgba8, &[7; 8]);
             for length in 0..whole.len() {
                 // A checksum or a footer at the end may be missed or not.
-                let _ = decode(&whole[..length], Some("tga"), Channel::Alpha);
+                let _ = decode(&whole[..length], Some("tga"), Channel::Alpha, |_| Ok(()));
             }
-            assert!(decode(&whole[..whole.len() / 2], Some("tga"), Channel::Alpha).is_err());
+            assert!(
+                decode(&whole[..whole.len() / 2], Some("tga"), Channel::Alpha, |_| Ok(())).is_err()
+            );
         }
-        let error = decode(b"GIF89a", Some("gif"), Channel::Alpha).unwrap_err();
+        let error = decode(b"GIF89a", Some("gif"), Channel::Alpha, |_| Ok(())).unwrap_err();
         assert!(error.to_string().contains("must be a PNG, JPEG"), "{error}");
-        assert!(decode(b"no image", None, Channel::Alpha).is_err());
+        assert!(decode(b"no image", None, Channel::Alpha, |_| Ok(())).is_err());
         // 15,000 × 15,000 pixels, of which 16 are there.
         let mut sparse = encoded(ImageFormat::Tga, ExtendedColorType::Rgba8, &[7; 8]);
         sparse[12..16].copy_from_slice(&[0x98, 0x3a, 0x98, 0x3a]);
-        let error = decode(&sparse, Some("tga"), Channel::Alpha).unwrap_err();
+        let error = decode(&sparse, Some("tga"), Channel::Alpha, |_| Ok(())).unwrap_err();
         assert!(error.to_string().contains("too large"), "{error}");
         // 2³¹ × 2³¹ pixels in 33 bytes.
         let mut huge = encoded(ImageFormat::Png, ExtendedColorType::Rgba8, &[7; 8]);
         huge[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff, 0x7f, 0xff, 0xff, 0xff]);
-        assert!(decode(&huge, None, Channel::Alpha).is_err());
+        assert!(decode(&huge, None, Channel::Alpha, |_| Ok(())).is_err());
     }
 }

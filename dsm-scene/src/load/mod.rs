@@ -6,6 +6,7 @@
 mod gltf;
 mod hair;
 mod image;
+pub(crate) mod library;
 mod obj;
 mod ply;
 mod polygon;
@@ -13,10 +14,13 @@ mod usd;
 pub(crate) mod vdb;
 pub(crate) mod warnings;
 
+use std::collections::HashMap;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
+use std::sync::Arc;
 
+use self::library::Library;
 use self::vdb::choice::GridChoice;
 use self::warnings::Warnings;
 use crate::curves::Curves;
@@ -54,15 +58,17 @@ pub(crate) struct AnimationTime {
 /// of its format, needs something that is not supported, or has coordinates that no
 /// scene can have; an image is missing that the opacity needs.
 pub fn load_mesh(path: &Path) -> Result<TriangleMesh> {
-    read_mesh(path, None, &mut Warnings::default())
+    read_mesh(path, None, &Library::default(), &mut Warnings::default())
 }
 
 /// As [`load_mesh`], with what there is to warn of, at a time if it has animations.
 pub(crate) fn read_mesh(
     path: &Path,
     time: Option<&AnimationTime>,
+    library: &Library,
     warnings: &mut Warnings,
 ) -> Result<TriangleMesh> {
+    library.check_file(path)?;
     let expected = "a mesh is .obj, .ply, .gltf or .glb";
     let mut of_file = Warnings::default();
     let mesh = match extension(path).as_deref() {
@@ -70,12 +76,13 @@ pub(crate) fn read_mesh(
             let reason = "only meshes in glTF have animations";
             Err(Error::malformed(Place::Named("time".into()), reason))
         }
-        Some("obj") => obj::load(path, &mut of_file),
+        Some("obj") => obj::load(path, library, &mut of_file),
         Some("ply") => ply::load(path, &mut of_file),
-        Some("gltf" | "glb") => gltf::load(path, time, &mut of_file),
+        Some("gltf" | "glb") => gltf::load(path, time, library, &mut of_file),
         _ => Err(unknown(path, expected)),
     };
     let mesh = mesh.map_err(|error| error.in_file(path))?;
+    library.add_file(path, mesh.bytes())?;
     if mesh.triangles().is_empty() {
         of_file.add("it has no surface");
     }
@@ -99,6 +106,14 @@ pub fn load_curves(path: &Path) -> Result<Curves> {
     .map_err(|error| error.in_file(path))
 }
 
+/// As [`load_curves`], counting memory.
+pub(crate) fn read_curves(path: &Path, library: &Library) -> Result<Curves> {
+    library.check_file(path)?;
+    let curves = load_curves(path)?;
+    library.add_file(path, curves.bytes())?;
+    Ok(curves)
+}
+
 /// Reads a medium: OpenVDB `.vdb`, the grid that `choice` names, else `density` in
 /// whatever case or the only one there is; numbers, booleans and masks, as halves and
 /// packed in every way, placed by any affine map. Voxels count by what they hold,
@@ -114,6 +129,18 @@ pub fn load_volume(path: &Path, choice: Option<&GridChoice>) -> Result<Volume> {
         _ => Err(unknown(path, "a volume is .vdb")),
     }
     .map_err(|error| error.in_file(path))
+}
+
+/// As [`load_volume`], counting memory.
+pub(crate) fn read_volume(
+    path: &Path,
+    choice: Option<&GridChoice>,
+    library: &Library,
+) -> Result<Volume> {
+    library.check_file(path)?;
+    let volume = load_volume(path, choice)?;
+    library.add_file(path, volume.bytes())?;
+    Ok(volume)
 }
 
 /// Reads a shape of any kind, by the file's extension. [`open_scene`](crate::open_scene)
@@ -135,15 +162,17 @@ pub fn load_volume(path: &Path, choice: Option<&GridChoice>) -> Result<Volume> {
 ///
 /// [`Error::File`] with the cause, as [`load_mesh`].
 pub fn load_shape(path: &Path) -> Result<Shape> {
-    read_shape(path, &mut Warnings::default())
+    read_shape(path, &Library::default(), &mut Warnings::default())
 }
 
 /// As [`load_shape`], with what there is to warn of.
-pub(crate) fn read_shape(path: &Path, warnings: &mut Warnings) -> Result<Shape> {
+pub(crate) fn read_shape(path: &Path, library: &Library, warnings: &mut Warnings) -> Result<Shape> {
     match extension(path).as_deref() {
-        Some("hair") => load_curves(path).map(Shape::Curves),
-        Some("vdb") => load_volume(path, None).map(Shape::Volume),
-        Some("obj" | "ply" | "gltf" | "glb") => read_mesh(path, None, warnings).map(Shape::Mesh),
+        Some("hair") => read_curves(path, library).map(Shape::Curves),
+        Some("vdb") => read_volume(path, None, library).map(Shape::Volume),
+        Some("obj" | "ply" | "gltf" | "glb") => {
+            read_mesh(path, None, library, warnings).map(Shape::Mesh)
+        }
         _ if is_stage(path) => {
             let expected = "a stage has many shapes: a scene is opened from it";
             Err(unknown(path, expected).in_file(path))
@@ -176,10 +205,15 @@ pub(crate) fn is_stage(path: &Path) -> bool {
 pub(crate) fn read_stage(
     path: &Path,
     time: Option<f64>,
+    library: &Library,
     warnings: &mut Warnings,
 ) -> Result<Vec<Object>> {
+    library.check_file(path)?;
     let mut of_file = Warnings::default();
     let objects = usd::load(path, time, &mut of_file).map_err(|error| error.in_file(path))?;
+    let shapes: HashMap<_, _> =
+        objects.iter().map(|object| (Arc::as_ptr(&object.shape), &object.shape)).collect();
+    library.add_file(path, shapes.values().map(|shape| shape.memory()).sum())?;
     if objects.is_empty() {
         of_file.add("nothing in it is drawn");
     }

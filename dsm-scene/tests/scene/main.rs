@@ -15,6 +15,7 @@ mod hits;
 mod hostile_files;
 mod light;
 mod media;
+mod memory;
 mod models;
 mod packed_models;
 mod real_files;

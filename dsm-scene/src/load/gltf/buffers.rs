@@ -145,7 +145,7 @@ pub(super) fn load_uri(uri: &str, folder: &Path) -> Result<Vec<u8>> {
 }
 
 /// %20 and its like as what they stand for.
-fn percent_decoded(uri: &str) -> String {
+pub(super) fn percent_decoded(uri: &str) -> String {
     let mut bytes = Vec::new();
     let mut rest = uri.as_bytes();
     while let [first, tail @ ..] = rest {

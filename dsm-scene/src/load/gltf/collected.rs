@@ -18,6 +18,10 @@ use crate::mesh::TriangleMesh;
 /// small file fills the memory.
 const COPIES_PER_BYTE: u64 = 1024;
 
+/// Of a position, a uv and an alpha, and of three corners and a material.
+const VERTEX_BYTES: usize = 12 + 8 + 4;
+const TRIANGLE_BYTES: usize = 12 + 4;
+
 /// Where a primitive stands.
 pub(super) struct Placement<'a> {
     /// The skin, which is in the world already.
@@ -98,6 +102,9 @@ impl<'a> Collected<'a> {
         let copies = if skinned.is_some() { 1 } else { placement.instances.len() };
         self.check_count("vertices", self.positions.len(), count, copies)?;
         self.check_count("triangles", self.triangles.len(), corners.len(), copies)?;
+        let bytes = (self.positions.len() + count * copies) * VERTEX_BYTES
+            + (self.triangles.len() + corners.len() * copies) * TRIANGLE_BYTES;
+        self.materials.check_memory(bytes as u64)?;
         for copy in 0..copies {
             let first = self.positions.len() as u32;
             match &skinned {

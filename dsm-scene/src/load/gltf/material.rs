@@ -2,19 +2,22 @@
 
 use glam::{Affine2, Vec2};
 
-use super::buffers::{Buffers, load_uri};
+use super::buffers::{Buffers, load_uri, percent_decoded};
 use super::json::{Material, Sampler, Texture, TextureInfo};
 use super::{at_place, malformed};
 use crate::alpha::{Alpha, AlphaMode, AlphaTexture, Wrap};
 use crate::error::{Place, Result};
-use crate::load::image::{Channel, decode};
+use crate::load::image::Channel;
+use crate::load::library::Library;
 use crate::load::warnings::Warnings;
 use std::path::Path;
 
 /// The materials of a file.
 pub(super) struct Materials<'a> {
     pub(super) buffers: &'a Buffers<'a>,
-    pub(super) folder: &'a Path,
+    /// The file that they are in.
+    pub(super) path: &'a Path,
+    pub(super) library: &'a Library,
 }
 
 /// A material's opacity, and the set of texture coordinates of its texture.
@@ -65,6 +68,11 @@ impl Materials<'_> {
         Ok(Opacity { alpha: Alpha { mode, factor, texture }, uv_set })
     }
 
+    /// Refuses `bytes` of the file's mesh that do not fit.
+    pub(super) fn check_memory(&self, bytes: u64) -> Result<()> {
+        self.library.check_bytes(self.path, bytes)
+    }
+
     /// The alpha of a texture and its sampler; `None` if it is opaque.
     fn texture(
         &self,
@@ -93,16 +101,24 @@ impl Materials<'_> {
     }
 
     fn image(&self, index: usize) -> Result<Option<AlphaTexture>> {
-        let Some(image) = self.buffers.root.images.get(index) else {
+        let Some(image_of) = self.buffers.root.images.get(index) else {
             return Err(malformed(format!("no image {index}")));
         };
-        match (image.buffer_view, &image.uri) {
-            (Some(view), _) => self
-                .buffers
-                .view(view.0)
-                .and_then(|(bytes, _)| decode(&bytes, None, Channel::Alpha)),
+        let folder = self.path.parent().unwrap_or(Path::new(""));
+        let inside = (self.path.to_owned(), Some(index));
+        let image = |place, read: &dyn Fn() -> Result<Vec<u8>>| {
+            self.library.image(place, Channel::Alpha, read)
+        };
+        match (image_of.buffer_view, &image_of.uri) {
+            (Some(view), _) => {
+                image(inside, &|| self.buffers.view(view.0).map(|(bytes, _)| bytes.to_vec()))
+            }
+            (None, Some(uri)) if uri.starts_with("data:") => {
+                image(inside, &|| load_uri(uri, folder))
+            }
             (None, Some(uri)) => {
-                load_uri(uri, self.folder).and_then(|bytes| decode(&bytes, None, Channel::Alpha))
+                let place = (folder.join(percent_decoded(uri)), None);
+                image(place, &|| load_uri(uri, folder))
             }
             (None, None) => Err(malformed("it has neither a URI nor a view".to_owned())),
         }

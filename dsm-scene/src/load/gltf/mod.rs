@@ -26,6 +26,7 @@ use self::nodes::Nodes;
 use self::pose::Pose;
 use self::skin::Skin;
 use self::vertices::Vertices;
+use super::library::Library;
 use super::warnings::Warnings;
 use super::{AnimationTime, extension, read_file};
 use crate::error::{Error, Place, Result};
@@ -35,22 +36,24 @@ use crate::mesh::TriangleMesh;
 pub(super) fn load(
     path: &Path,
     time: Option<&AnimationTime>,
+    library: &Library,
     warnings: &mut Warnings,
 ) -> Result<TriangleMesh> {
     let bytes = read_file(path)?;
-    let folder = path.parent().unwrap_or(Path::new(""));
     if extension(path).as_deref() == Some("glb") && !bytes.starts_with(b"glTF") {
         return Err(Error::malformed(Place::Header, "not a GLB file: must begin with glTF"));
     }
-    parse(&bytes, folder, time, warnings)
+    parse(&bytes, path, time, library, warnings)
 }
 
 fn parse(
     bytes: &[u8],
-    folder: &Path,
+    path: &Path,
     time: Option<&AnimationTime>,
+    library: &Library,
     warnings: &mut Warnings,
 ) -> Result<TriangleMesh> {
+    let folder = path.parent().unwrap_or(Path::new(""));
     let (root, blob) = container::open(bytes)?;
     extensions::check(&root, warnings)?;
     let buffers = Buffers::new(&root, blob, folder);
@@ -61,7 +64,7 @@ fn parse(
     if time.is_none() && !root.animations.is_empty() {
         warnings.add("animations are not applied: everything stands as its nodes say");
     }
-    let materials = Materials { buffers: &buffers, folder };
+    let materials = Materials { buffers: &buffers, path, library };
     let nodes = Nodes::place(&root, &pose)?;
     let mut mesh = Collected::new(materials, bytes.len());
     for &index in &nodes.drawn {

@@ -6,6 +6,7 @@ use glam::Vec3;
 
 use super::parse as parse_with;
 use crate::error::Result;
+use crate::load::library::Library;
 use crate::load::warnings::Warnings;
 use crate::mesh::TriangleMesh;
 
@@ -39,7 +40,8 @@ fn file(material: &str, images: &str, nodes: &str, primitive: &str) -> String {
 }
 
 fn parse(bytes: &[u8], folder: &Path) -> Result<TriangleMesh> {
-    parse_with(bytes, folder, None, &mut Warnings::default())
+    let path = folder.join("test.gltf");
+    parse_with(bytes, &path, None, &Library::default(), &mut Warnings::default())
 }
 
 fn parse_text(text: &str) -> Result<TriangleMesh> {

@@ -1,12 +1,13 @@
 //! Materials of MTL files.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use super::text::{Lines, name, number, split_word, words};
 use super::texture::TextureMap;
 use crate::alpha::{Alpha, AlphaMode};
 use crate::error::{Error, Place, Result};
+use crate::load::library::Library;
 use crate::load::read_file;
 use crate::load::warnings::Warnings;
 
@@ -22,11 +23,16 @@ struct Material {
 #[derive(Debug, Default)]
 pub(super) struct Materials {
     by_name: HashMap<String, (Material, PathBuf)>,
+    /// Files that were read: a second time they would add nothing.
+    libraries: HashSet<PathBuf>,
 }
 
 impl Materials {
     /// Adds a library, if there is such a file: the first material of a name counts.
     pub(super) fn add_library(&mut self, path: &Path, warnings: &mut Warnings) -> Result<()> {
+        if !self.libraries.insert(path.to_owned()) {
+            return Ok(());
+        }
         let bytes = read_file(path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let mut open: Option<(String, Material)> = None;
@@ -70,12 +76,17 @@ impl Materials {
     }
 
     /// The opacity of the material of this name, if there is one. Its image is read.
-    pub(super) fn alpha(&self, name: &str, warnings: &mut Warnings) -> Result<Option<Alpha>> {
+    pub(super) fn alpha(
+        &self,
+        name: &str,
+        library: &Library,
+        warnings: &mut Warnings,
+    ) -> Result<Option<Alpha>> {
         let Some((material, folder)) = self.by_name.get(name) else { return Ok(None) };
         let factor = factor(material, name, warnings);
         let texture = match &material.map {
             None => None,
-            Some(map) => map.load(folder, name, warnings)?,
+            Some(map) => map.load(folder, name, library, warnings)?,
         };
         Ok(Some(Alpha { mode: AlphaMode::Blend, factor, texture }))
     }

@@ -13,6 +13,7 @@ use glam::{Vec2, Vec3};
 
 use self::material::Materials;
 use self::text::{Lines, name, number, split_word, words};
+use super::library::Library;
 use super::polygon::PolygonCutter;
 use super::read_file;
 use super::warnings::Warnings;
@@ -23,16 +24,25 @@ use crate::mesh::TriangleMesh;
 /// The index of no element.
 const NONE: u32 = u32::MAX;
 
-pub(super) fn load(path: &Path, warnings: &mut Warnings) -> Result<TriangleMesh> {
-    parse(&read_file(path)?, path.parent().unwrap_or(Path::new("")), warnings)
+pub(super) fn load(
+    path: &Path,
+    library: &Library,
+    warnings: &mut Warnings,
+) -> Result<TriangleMesh> {
+    parse(&read_file(path)?, path.parent().unwrap_or(Path::new("")), library, warnings)
 }
 
-fn parse(bytes: &[u8], folder: &Path, warnings: &mut Warnings) -> Result<TriangleMesh> {
+fn parse(
+    bytes: &[u8],
+    folder: &Path,
+    library: &Library,
+    warnings: &mut Warnings,
+) -> Result<TriangleMesh> {
     if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
         return Err(Error::malformed(Place::Header, "text in UTF-16: save it as UTF-8"));
     }
     let file = File::read(bytes, folder, warnings)?;
-    let alphas = file.alphas(warnings)?;
+    let alphas = file.alphas(library, warnings)?;
     file.into_mesh(alphas, warnings)
 }
 
@@ -175,7 +185,7 @@ impl File {
     }
 
     /// The opacity of each name.
-    fn alphas(&self, warnings: &mut Warnings) -> Result<Vec<Alpha>> {
+    fn alphas(&self, library: &Library, warnings: &mut Warnings) -> Result<Vec<Alpha>> {
         let mut alphas = Vec::new();
         let mut used = vec![false; self.names.len()];
         self.faces.iter().for_each(|&(_, material)| used[material as usize] = true);
@@ -186,10 +196,10 @@ impl File {
                 alphas.push(Alpha::default());
                 continue;
             }
-            let known = match self.materials.alpha(name, warnings)? {
+            let known = match self.materials.alpha(name, library, warnings)? {
                 // A comment may follow, and a name may have a # in it.
                 None => match name.split_once(" #") {
-                    Some((name, _)) => self.materials.alpha(name.trim_end(), warnings)?,
+                    Some((name, _)) => self.materials.alpha(name.trim_end(), library, warnings)?,
                     None => None,
                 },
                 known => known,

@@ -5,12 +5,14 @@ use image::{ExtendedColorType, ImageFormat};
 
 use super::parse;
 use crate::error::Result;
+use crate::load::library::Library;
 use crate::load::warnings::Warnings;
 use crate::mesh::TriangleMesh;
 
 fn parse_bytes(bytes: &[u8], folder: &Path) -> Result<(TriangleMesh, Vec<String>)> {
     let mut warnings = Warnings::default();
-    parse(bytes, folder, &mut warnings).map(|mesh| (mesh, warnings.into_lines()))
+    parse(bytes, folder, &Library::default(), &mut warnings)
+        .map(|mesh| (mesh, warnings.into_lines()))
 }
 
 /// The mesh of a text that gives no warning.

@@ -7,7 +7,8 @@ use glam::{Affine2, Mat2, Vec2};
 use super::text::{name, number, split_word};
 use crate::alpha::{AlphaTexture, Wrap};
 use crate::error::Result;
-use crate::load::image::{Channel, decode};
+use crate::load::image::Channel;
+use crate::load::library::Library;
 use crate::load::read_file;
 use crate::load::warnings::Warnings;
 
@@ -100,15 +101,15 @@ impl TextureMap {
         &self,
         folder: &Path,
         material: &str,
+        library: &Library,
         warnings: &mut Warnings,
     ) -> Result<Option<AlphaTexture>> {
         if let Some(option) = &self.unknown {
             warnings.add(format!("material {material}: {option} of its map_d is left out"));
         }
         let path = find(folder, &self.file);
-        let bytes = read_file(&path).map_err(|error| error.in_file(&path))?;
-        let extension = crate::load::extension(&path);
-        let texture = decode(&bytes, extension.as_deref(), self.channel)
+        let texture = library
+            .image((path.clone(), None), self.channel, || read_file(&path))
             .map_err(|error| error.in_file(&path))?;
         let Some(mut texture) = texture else { return self.evenly(1.0) };
         if self.base_gain != [0.0, 1.0] {
