@@ -13,6 +13,7 @@ mod light_frame;
 mod light_mean;
 mod min_max_builder;
 mod min_max_pyramid;
+mod range_blocks;
 mod shadow_ray;
 mod statistics;
 mod walk;

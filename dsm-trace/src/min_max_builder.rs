@@ -3,7 +3,8 @@
 use dsm_core::Error;
 use dsm_core::detail::Result;
 
-use crate::min_max_pyramid::{EMPTY, MinMaxPyramid};
+use crate::min_max_pyramid::MinMaxPyramid;
+use crate::range_blocks::{EMPTY, RangeBlocks};
 
 /// A builder of a [`MinMaxPyramid`], pixel by pixel in any order, as a map is read
 /// tile by tile.
@@ -20,8 +21,7 @@ use crate::min_max_pyramid::{EMPTY, MinMaxPyramid};
 /// ```
 #[derive(Clone, Debug)]
 pub struct MinMaxBuilder {
-    size: [u32; 2],
-    ranges: Vec<[f32; 2]>,
+    ranges: RangeBlocks,
 }
 
 impl MinMaxBuilder {
@@ -36,7 +36,7 @@ impl MinMaxBuilder {
         if count > limit {
             return Err(Error::TooLarge { what: "pixels of a pyramid", count, limit });
         }
-        Ok(Self { size, ranges: vec![EMPTY; count as usize] })
+        Ok(Self { ranges: RangeBlocks::new(size) })
     }
 
     /// Sets the minimum and maximum w of a pixel's layers. A range that is not in
@@ -45,9 +45,8 @@ impl MinMaxBuilder {
     /// # Panics
     ///
     /// If the pixel lies outside the map.
-    pub fn set(&mut self, [x, y]: [u32; 2], range: [f32; 2]) {
-        let range = if range[0] <= range[1] { range } else { EMPTY };
-        self.ranges[y as usize * self.size[0] as usize + x as usize] = range;
+    pub fn set(&mut self, pixel: [u32; 2], range: [f32; 2]) {
+        self.ranges.set(pixel, if range[0] <= range[1] { range } else { EMPTY });
     }
 
     /// Sets the minimum and maximum depth of a pixel's layers, which reach
@@ -67,7 +66,7 @@ impl MinMaxBuilder {
     /// The pyramid. O(pixels).
     #[must_use]
     pub fn finish(self) -> MinMaxPyramid {
-        MinMaxPyramid::over(self.size, self.ranges)
+        MinMaxPyramid::over(self.ranges)
     }
 }
 

@@ -1,10 +1,13 @@
 //! Minimum and maximum depths of the parts of a map.
 
+use crate::range_blocks::RangeBlocks;
+
 /// A quadtree over the pixels of a map with the minimum and maximum w = 1/depth of
 /// their layers (Xie et al. 2007, §4.3). A node covers 2 × 2 nodes of the level
 /// below; nodes without layers are known as empty.
 ///
-/// Memory: 8 bytes a pixel and a third more.
+/// Memory: 8 bytes a pixel and a third more where layers are, and next to nothing for
+/// blocks of pixels without.
 ///
 /// ```
 /// use dsm_trace::MinMaxPyramid;
@@ -15,52 +18,21 @@
 /// assert_eq!(pyramid.node(0, 1, 0), None);
 /// # Ok::<(), dsm_core::Error>(())
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct MinMaxPyramid {
     /// The levels, from the pixels up to one node.
-    levels: Vec<Level>,
-}
-
-#[derive(Clone, Debug, PartialEq)]
-struct Level {
-    size: [u32; 2],
-    /// Row by row; an empty node's minimum is above its maximum.
-    ranges: Vec<[f32; 2]>,
-}
-
-/// The range of a node without layers.
-pub(crate) const EMPTY: [f32; 2] = [f32::INFINITY, f32::NEG_INFINITY];
-
-impl Level {
-    fn at(&self, x: u32, y: u32) -> [f32; 2] {
-        if x < self.size[0] && y < self.size[1] {
-            self.ranges[y as usize * self.size[0] as usize + x as usize]
-        } else {
-            EMPTY
-        }
-    }
+    levels: Vec<RangeBlocks>,
 }
 
 impl MinMaxPyramid {
     /// The largest number of pixels of a map.
     pub const MAX_PIXELS: u64 = 1 << 28;
 
-    /// The pyramid of pixels with these ranges, row by row.
-    pub(crate) fn over(size: [u32; 2], ranges: Vec<[f32; 2]>) -> Self {
-        let mut levels = vec![Level { size, ranges }];
-        while let Some(below) = levels.last().filter(|level| level.size[0].max(level.size[1]) > 1) {
-            let size = below.size.map(|side| side.div_ceil(2));
-            let mut ranges = Vec::with_capacity(size[0] as usize * size[1] as usize);
-            for y in 0..size[1] {
-                ranges.extend((0..size[0]).map(|x| {
-                    let corners = [(0, 0), (1, 0), (0, 1), (1, 1)];
-                    corners.into_iter().fold(EMPTY, |[low, high], (dx, dy)| {
-                        let [min, max] = below.at(2 * x + dx, 2 * y + dy);
-                        [low.min(min), high.max(max)]
-                    })
-                }));
-            }
-            levels.push(Level { size, ranges });
+    /// The pyramid over pixels with these ranges.
+    pub(crate) fn over(pixels: RangeBlocks) -> Self {
+        let mut levels = vec![pixels];
+        while let Some(below) = levels.last().filter(|level| level.size().iter().any(|&n| n > 1)) {
+            levels.push(below.coarser());
         }
         Self { levels }
     }
@@ -68,7 +40,7 @@ impl MinMaxPyramid {
     /// Width and height of the map in pixels.
     #[must_use]
     pub fn size(&self) -> [u32; 2] {
-        self.levels[0].size
+        self.levels[0].size()
     }
 
     /// Number of levels: the last has one node, the first one a pixel.
@@ -84,7 +56,7 @@ impl MinMaxPyramid {
     /// If there is no such level.
     #[must_use]
     pub fn level_size(&self, level: usize) -> [u32; 2] {
-        self.levels[level].size
+        self.levels[level].size()
     }
 
     /// The minimum and maximum w of a node; `None` where it is empty or outside the
@@ -106,8 +78,7 @@ impl MinMaxPyramid {
     /// If there is no such level.
     #[must_use]
     pub fn empty_nodes(&self, level: usize) -> u64 {
-        let ranges = self.levels[level].ranges.iter();
-        ranges.filter(|[low, high]| low > high).count() as u64
+        self.levels[level].empty_nodes()
     }
 
     /// The minimum and maximum w of the map.
@@ -136,7 +107,7 @@ mod tests {
 
     #[test]
     fn nodes_hold_what_their_pixels_hold() {
-        for size in [[1, 1], [2, 3], [5, 4], [1, 9], [16, 16], [17, 3]] {
+        for size in [[1, 1], [2, 3], [5, 4], [1, 9], [16, 16], [17, 3], [40, 70]] {
             let pyramid = MinMaxPyramid::new(size, pixel).unwrap();
             for level in 0..pyramid.level_count() {
                 let [width, height] = pyramid.level_size(level);

@@ -53,6 +53,33 @@ impl MapSummary {
         self.update(name, |before| before.max(count));
     }
 
+    /// Adds the lengths of pixels' lists to the count `sum`, raises `most` to the
+    /// longest, and answers how many are empty.
+    ///
+    /// ```
+    /// use dsm_io::MapSummary;
+    ///
+    /// let mut summary = MapSummary::default();
+    /// assert_eq!(summary.add_lists("layers", "max_layers", [3, 0, 5].into_iter()), 1);
+    /// assert_eq!((summary.count("layers"), summary.count("max_layers")), (Some(8), Some(5)));
+    /// ```
+    pub fn add_lists(
+        &mut self,
+        sum: &'static str,
+        most: &'static str,
+        lengths: impl Iterator<Item = u64>,
+    ) -> u64 {
+        let (mut total, mut longest, mut empty) = (0_u64, 0, 0);
+        for length in lengths {
+            total = total.saturating_add(length);
+            longest = longest.max(length);
+            empty += u64::from(length == 0);
+        }
+        self.add(sum, total);
+        self.max(most, longest);
+        empty
+    }
+
     /// Sets the list of this name.
     pub fn set_counts(&mut self, name: &'static str, counts: Vec<u64>) {
         self.entries.retain(|(known, _)| *known != name);

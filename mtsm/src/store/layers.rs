@@ -107,12 +107,9 @@ impl MapKind for Layers {
     }
 
     fn summarize<T: Transmittance>(tile: &DepthLayers<T>, summary: &mut MapSummary) {
-        for pixel in 0..tile.pixel_count() {
-            let layers = tile.layers(pixel).len() as u64;
-            summary.add("layers", layers);
-            summary.max("max_layers_per_pixel", layers);
-            summary.add("empty_pixels", u64::from(layers == 0));
-        }
+        let lengths = (0..tile.pixel_count()).map(|pixel| tile.layers(pixel).len() as u64);
+        let empty = summary.add_lists("layers", "max_layers_per_pixel", lengths);
+        summary.add("empty_pixels", empty);
     }
 
     fn summary<T: Transmittance>(map: &impl MapTiles<Tile = DepthLayers<T>>) -> Result<MapSummary> {

@@ -130,15 +130,13 @@ impl MapKind for Mtsm {
     }
 
     fn summarize<T: Transmittance>(tile: &LayeredPixels<T>, summary: &mut MapSummary) {
-        for pixel in 0..tile.pixel_count() {
-            let (runs, layers) =
-                tile.runs(pixel).fold((0, 0), |sum, run| (sum.0 + 1, sum.1 + run.len() as u64));
-            summary.add("runs", runs);
-            summary.max("max_runs_per_pixel", runs);
-            summary.add("layers", layers);
-            summary.max("max_layers_per_pixel", layers);
-            summary.add("empty_pixels", u64::from(layers == 0));
-        }
+        let pixels = || 0..tile.pixel_count();
+        let runs = pixels().map(|pixel| tile.runs(pixel).len() as u64);
+        summary.add_lists("runs", "max_runs_per_pixel", runs);
+        let layers =
+            pixels().map(|pixel| tile.runs(pixel).map(|run| run.len() as u64).sum::<u64>());
+        let empty = summary.add_lists("layers", "max_layers_per_pixel", layers);
+        summary.add("empty_pixels", empty);
         summary.add("samples", tile.sample_count());
     }
 

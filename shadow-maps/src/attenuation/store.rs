@@ -76,12 +76,9 @@ impl MapKind for Attenuation {
     }
 
     fn summarize<T: Transmittance>(tile: &FragmentLists<T>, summary: &mut MapSummary) {
-        for pair in tile.starts().windows(2) {
-            let layers = u64::from(pair[1] - pair[0]);
-            summary.add("layers", layers);
-            summary.max("max_layers_per_pixel", layers);
-            summary.add("empty_pixels", u64::from(layers == 0));
-        }
+        let lengths = tile.starts().windows(2).map(|pair| u64::from(pair[1] - pair[0]));
+        let empty = summary.add_lists("layers", "max_layers_per_pixel", lengths);
+        summary.add("empty_pixels", empty);
     }
 
     fn contents<T: Transmittance>(tile: &FragmentLists<T>, pixel: usize) -> PixelContents {

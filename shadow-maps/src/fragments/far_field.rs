@@ -47,10 +47,9 @@ impl FarField {
         let [Ok(fine), Ok(coherent)] = &mut parts else {
             return parts.into_iter().collect::<Result<Vec<_>>>().map(|_| None);
         };
-        let mut ranges = vec![None::<[f32; 2]>; width as usize * height as usize];
+        let mut tree = RangeTree::new(size);
         let (mut list, mut flags) = (Vec::new(), Vec::new());
-        for (index, range) in ranges.iter_mut().enumerate() {
-            let pixel = [index as u32 % width, index as u32 / width];
+        for pixel in (0..height).flat_map(|y| (0..width).map(move |x| [x, y])) {
             list.clear();
             list.extend(fragments.pixel::<T>(pixel));
             mark(&list, footprint, &mut flags);
@@ -62,14 +61,12 @@ impl FarField {
             coherent.push_pixel(part(true))?;
             counts[0] += part(false).count() as u64;
             counts[1] += part(true).count() as u64;
-            let spans = part(true).map(|fragment| fragment.range());
-            *range = spans.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+            part(true).for_each(|fragment| tree.include(pixel, fragment.range()));
         }
         if counts[0] <= counts[1] {
             return Ok(None);
         }
         let [Ok(fine), Ok(coherent)] = parts else { return Ok(None) };
-        let tree = RangeTree::new(size, |x, y| ranges[(y * width + x) as usize]);
         let table = FarTable::new::<T>(&fine.finish(), range);
         Ok(Some(Self { table, coherent: coherent.finish(), tree }))
     }

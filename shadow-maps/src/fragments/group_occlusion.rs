@@ -120,9 +120,8 @@ mod tests {
         pixels[8 * 5 + 2] = vec![hole, fragment];
         let map = map(frame, &pixels);
         let fragments = PackedFragments::new(&map).unwrap();
-        let tree = RangeTree::new([8, 8], |x, y| {
-            map.pixel(x, y).map(|some| some.range()).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
-        });
+        let mut tree = RangeTree::new([8, 8]);
+        fragments.for_each::<f32>(|pixel, some| tree.include(pixel, some.range()));
         let receiver = frame.unproject(2.0 + place[0], 5.0 + place[1], 5.0);
         let apex = Apex::new(&frame, receiver, Facing::Light).unwrap().without_surface();
         let (tree, fragments, value) = (&tree, &fragments, PhantomData::<f32>);

@@ -187,7 +187,10 @@ impl<T: Transmittance> PackedBuilder<T> {
         let [block, mut at] = self.at;
         let PackedFragments { starts, words, .. } = &mut self.packed;
         for (start, left) in starts[block..].iter_mut().zip((0..width.max(1)).step_by(4)) {
-            *start = at as u32;
+            // Before the first fragment it is, and takes no memory.
+            if at > 0 {
+                *start = at as u32;
+            }
             self.list.clear();
             for (lane, y, x) in (0..16).map(|lane| (lane, lane / 4, left + lane % 4)) {
                 if y < rows && x < width {
@@ -236,7 +239,9 @@ impl<T: Transmittance> PackedBuilder<T> {
         }
         let end = self.at[1] as u32;
         let last = self.at[0].min(self.packed.starts.len());
-        self.packed.starts[last..].fill(end);
+        if end > 0 {
+            self.packed.starts[last..].fill(end);
+        }
         self.packed
     }
 }

@@ -26,7 +26,8 @@ pub(crate) struct RangeTree {
 struct TreeLevel {
     /// In blocks.
     size: [u32; 2],
-    /// The least w of each node, and the greatest.
+    /// The least w of each node, and the greatest, which is above 0; of an empty node both
+    /// are 0, so that no memory is written for it.
     ranges: LargePages<[[f32; LANES]; 2]>,
 }
 
@@ -163,17 +164,34 @@ pub(crate) fn bits(mut set: u32) -> impl Iterator<Item = usize> {
 }
 
 impl RangeTree {
-    /// From the range of each pixel; `None` for empty ones.
-    pub(crate) fn new(size: [u32; 2], range: impl Fn(u32, u32) -> Option<[f32; 2]>) -> Self {
-        let mut levels = vec![TreeLevel::new(size, range)];
+    /// Of a map of `size` empty pixels.
+    pub(crate) fn new(size: [u32; 2]) -> Self {
+        let mut levels = vec![TreeLevel::new(size)];
         while let Some(below) = levels.last().filter(|level| level.size[0].max(level.size[1]) > 1) {
-            let level = TreeLevel::new(below.size, |x, y| {
-                let block = (y * below.size[0] + x) as usize;
-                whole(&below.ranges[block])
-            });
-            levels.push(level);
+            levels.push(TreeLevel::new(below.size));
         }
         Self { levels }
+    }
+
+    /// Takes in the range of something in a pixel of the map.
+    pub(crate) fn include(&mut self, mut node: [u32; 2], [least, most]: [f32; 2]) {
+        let most = most.max(f32::MIN_POSITIVE);
+        for level in &mut self.levels {
+            let [x, y] = node;
+            let block = (y / SIDE * level.size[0] + x / SIDE) as usize;
+            let lane = (y % SIDE * SIDE + x % SIDE) as usize;
+            let [low, high] = &mut level.ranges[block];
+            let (low, high) = (&mut low[lane], &mut high[lane]);
+            if *high == 0.0 {
+                (*low, *high) = (least, most);
+            } else if *low <= least && most <= *high {
+                // And so do the nodes above.
+                return;
+            } else {
+                (*low, *high) = (low.min(least), high.max(most));
+            }
+            node = node.map(|at| at / SIDE);
+        }
     }
 
     /// The block of the highest level.
@@ -276,27 +294,14 @@ impl RangeTree {
 }
 
 /// The range of all nodes of a block; `None` if there are none.
-fn whole(block: &[[f32; LANES]; 2]) -> Option<[f32; 2]> {
-    let low = block[0].iter().copied().fold(f32::INFINITY, f32::min);
-    let high = block[1].iter().copied().fold(f32::NEG_INFINITY, f32::max);
-    (low <= high).then_some([low, high])
+fn whole([low, high]: &[[f32; LANES]; 2]) -> Option<[f32; 2]> {
+    let nodes = low.iter().zip(high).filter(|&(_, &high)| high > 0.0);
+    nodes.map(|(&low, &high)| [low, high]).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
 }
 
 impl TreeLevel {
-    fn new(nodes: [u32; 2], range: impl Fn(u32, u32) -> Option<[f32; 2]>) -> Self {
+    fn new(nodes: [u32; 2]) -> Self {
         let size = nodes.map(|side| side.div_ceil(SIDE).max(1));
-        let blocks = size[0] as usize * size[1] as usize;
-        let mut ranges = LargePages::zeroed(blocks);
-        ranges.fill([[f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]]);
-        for y in 0..nodes[1] {
-            for x in 0..nodes[0] {
-                if let Some([least, most]) = range(x, y) {
-                    let block = (y / SIDE * size[0] + x / SIDE) as usize;
-                    let lane = (y % SIDE * SIDE + x % SIDE) as usize;
-                    [ranges[block][0][lane], ranges[block][1][lane]] = [least, most];
-                }
-            }
-        }
-        Self { size, ranges }
+        Self { size, ranges: LargePages::zeroed(size[0] as usize * size[1] as usize) }
     }
 }

@@ -163,24 +163,27 @@ impl MapKind for Fragments {
     }
 
     fn summarize<T: Transmittance>(tile: &FragmentTile<T>, summary: &mut MapSummary) {
-        let count = |offsets: &[u32], pixel: usize| u64::from(offsets[pixel + 1] - offsets[pixel]);
-        let columns = tile.columns();
-        for pixel in 0..columns.offsets.len() - 1 {
-            let fragments = count(&columns.offsets, pixel);
-            let borders = tile.media().map_or(0, |media| count(&media.offsets, pixel));
-            summary.add("fragments", fragments);
-            summary.max("max_fragments_per_pixel", fragments);
-            summary.add("empty_pixels", u64::from(fragments == 0 && borders == 0));
+        fn lengths(offsets: &[u32]) -> impl Iterator<Item = u64> {
+            offsets.windows(2).map(|pair| u64::from(pair[1] - pair[0]))
         }
+        let columns = tile.columns();
+        let (sum, most) = ("fragments", "max_fragments_per_pixel");
+        let without_fragments = summary.add_lists(sum, most, lengths(&columns.offsets));
+        let empty = match tile.media() {
+            None => without_fragments,
+            Some(media) => {
+                let both = lengths(&columns.offsets).zip(lengths(&media.offsets));
+                both.filter(|&pair| pair == (0, 0)).count() as u64
+            }
+        };
+        summary.add("empty_pixels", empty);
         let facing: u64 = columns.facing.iter().map(|word| u64::from(word.count_ones())).sum();
         summary.add("without_plane", facing);
         if let Some(media) = tile.media() {
-            for pixel in 0..media.offsets.len() - 1 {
-                let slabs = count(&media.offsets, pixel).saturating_sub(1);
-                summary.add("slabs", slabs);
-                summary.max("max_slabs_per_pixel", slabs);
-                summary.add("pixels_with_media", u64::from(slabs > 0));
-            }
+            let slabs = lengths(&media.offsets).map(|borders| borders.saturating_sub(1));
+            let without = summary.add_lists("slabs", "max_slabs_per_pixel", slabs);
+            let pixels = media.offsets.len() as u64 - 1;
+            summary.add("pixels_with_media", pixels - without);
         }
     }
 

@@ -166,18 +166,11 @@ impl<T: Transmittance> FragmentTracer<T> {
     }
 
     fn of(frame: LightFrame, fragments: PackedFragments, media: Option<TracedMedia<T>>) -> Self {
-        let [width, height] = frame.size().map(|side| side as usize);
-        let mut ranges = vec![[f32::INFINITY, f32::NEG_INFINITY]; width * height];
+        let mut tree = RangeTree::new(frame.size());
         let mut count = 0;
-        fragments.for_each::<T>(|[x, y], fragment| {
-            let [low, high] = fragment.range();
-            let range = &mut ranges[y as usize * width + x as usize];
-            *range = [range[0].min(low), range[1].max(high)];
+        fragments.for_each::<T>(|pixel, fragment| {
+            tree.include(pixel, fragment.range());
             count += 1;
-        });
-        let tree = RangeTree::new(frame.size(), |x, y| {
-            let range = ranges[y as usize * width + x as usize];
-            (range[0] <= range[1]).then_some(range)
         });
         let range = tree.range().unwrap_or([f32::INFINITY, f32::NEG_INFINITY]);
         let of_media = media.as_ref().map_or(range, TracedMedia::range);

@@ -73,12 +73,9 @@ impl MapKind for Prefiltered {
     }
 
     fn summarize<T: Transmittance>(tile: &PrefilteredTile<T>, summary: &mut MapSummary) {
-        for pair in tile.lists().starts().windows(2) {
-            let fragments = u64::from(pair[1] - pair[0]);
-            summary.add("fragments", fragments);
-            summary.max("max_fragments_per_pixel", fragments);
-            summary.add("empty_pixels", u64::from(fragments == 0));
-        }
+        let lengths = tile.lists().starts().windows(2).map(|pair| u64::from(pair[1] - pair[0]));
+        let empty = summary.add_lists("fragments", "max_fragments_per_pixel", lengths);
+        summary.add("empty_pixels", empty);
     }
 
     fn contents<T: Transmittance>(tile: &PrefilteredTile<T>, pixel: usize) -> PixelContents {

@@ -22,6 +22,8 @@ const DARK: f64 = 104.0;
 #[derive(Debug)]
 pub(crate) struct TracedMedia<T> {
     width: usize,
+    /// Number of empty pixels, whole rows, that `columns` leaves out.
+    skipped: usize,
     columns: MediaColumns<T>,
     extent: Extent,
 }
@@ -30,6 +32,9 @@ pub(crate) struct TracedMedia<T> {
 #[derive(Debug)]
 pub(crate) struct TracedMediaBuilder<T> {
     size: [u32; 2],
+    /// Number of pixels so far, and of those before the first row that holds something.
+    pixels: usize,
+    skipped: usize,
     columns: MediaColumns<T>,
     list: Vec<(f32, T)>,
     extent: Extent,
@@ -39,13 +44,15 @@ impl<T: Transmittance> TracedMediaBuilder<T> {
     /// A builder for a map of `size` pixels.
     pub(crate) fn new(size: [u32; 2]) -> Self {
         let extent = Extent { low: size, high: [0; 2], w: [f64::INFINITY, f64::NEG_INFINITY] };
-        Self { size, columns: MediaColumns::new(), list: Vec::new(), extent }
+        let columns = MediaColumns::new();
+        Self { size, pixels: 0, skipped: 0, columns, list: Vec::new(), extent }
     }
 
     /// Takes the borders of the next pixel, row by row, each with the thickness before it.
     pub(crate) fn push_pixel(&mut self, borders: impl Iterator<Item = (f32, T)>) -> Result<()> {
-        let pixel = self.columns.offsets.len() - 1;
-        let at = [pixel % self.size[0] as usize, pixel / self.size[0] as usize];
+        let width = self.size[0] as usize;
+        let at = [self.pixels % width, self.pixels / width];
+        self.pixels += 1;
         self.list.clear();
         for (depth, thickness) in borders {
             if let Some((before, extinction)) = self.list.last_mut() {
@@ -64,13 +71,21 @@ impl<T: Transmittance> TracedMediaBuilder<T> {
             let [least, most] = [far, near].map(|depth| f64::from(depth).recip());
             *w = [w[0].min(least), w[1].max(most)];
         }
+        if self.columns.is_empty() {
+            if self.list.is_empty() {
+                return Ok(());
+            }
+            self.skipped = at[1] * width;
+            self.columns = MediaColumns::clear(at[0]);
+        }
         self.columns.push_pixel(self.list.drain(..))
     }
 
     /// All of them; None if there is nothing.
     pub(crate) fn finish(self) -> Option<TracedMedia<T>> {
-        let Self { size, columns, extent, .. } = self;
-        (!columns.is_empty()).then(|| TracedMedia { width: size[0] as usize, columns, extent })
+        let Self { size, skipped, columns, extent, .. } = self;
+        let width = size[0] as usize;
+        (!columns.is_empty()).then(|| TracedMedia { width, skipped, columns, extent })
     }
 }
 
@@ -133,7 +148,7 @@ impl<T: Transmittance> TracedMedia<T> {
         let enough = DARK / stretch;
         let MediaColumns { offsets, depths, thickness: extinctions } = &self.columns;
         ray.walk(&self.extent, |[x, y], [enter, leave]| {
-            let pixel = y as usize * self.width + x as usize;
+            let pixel = y as usize * self.width + x as usize - self.skipped;
             let (start, end) = (offsets[pixel] as usize, offsets[pixel + 1] as usize);
             if start == end {
                 return true;
