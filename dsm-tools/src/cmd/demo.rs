@@ -95,7 +95,7 @@ impl Demonstration<'_> {
         let depth = (view.target - view.eye).length() as f32;
         let image = ImageFile { path: path("shadow.png"), format: ImageFormat::Png };
         let what = format!("{}: the light left at depth {depth}", image.path.display());
-        write_slice(&deep, &SliceFile { depth, image })?;
+        write_slice(&ShadowMap::open(&map_path)?, &SliceFile { depth, image })?;
         self.say("slice", &what)?;
         drop((deep, map));
 

@@ -7,8 +7,8 @@ use anyhow::{Context, Result, bail};
 use deepshadow::ShadowMap;
 use deepshadow::files::detail::AnyDeepMap;
 use deepshadow::files::detail::{Level, TileRect, replace_file};
+use deepshadow::visibility::Transmittance;
 use deepshadow::visibility::detail::VisibilityView;
-use deepshadow::visibility::{DeepMap, Transmittance};
 
 use crate::args::{ImageFile, ImageFormat, Inspect, SliceFile};
 use crate::output::plot;
@@ -22,12 +22,7 @@ pub(crate) fn run(request: &Inspect) -> Result<()> {
         summary.pixel = Some(inspect_pixel(&map, pixel, request)?);
     }
     if let Some(file) = &request.slice {
-        let [width, height] = map.size();
-        let whole = TileRect { x: 0, y: 0, width, height };
-        match functions(&map, 0, whole)? {
-            AnyDeepMap::Mono(map) => write_slice(&map, file),
-            AnyDeepMap::Rgb(map) => write_slice(&map, file),
-        }?;
+        write_slice(&map, file)?;
     }
     print(&summary, request)
 }
@@ -101,10 +96,11 @@ pub(crate) fn plot_pixel<T: Transmittance>(
 }
 
 /// Draws the transmittance at a depth.
-pub(crate) fn write_slice<T: Transmittance>(map: &DeepMap<T>, file: &SliceFile) -> Result<()> {
-    let slice = Slice::new(map, file.depth)?;
+pub(crate) fn write_slice(map: &ShadowMap, file: &SliceFile) -> Result<()> {
+    let (rows, channels) = (level(map, 0)?.tile_height, usize::from(map.channels()));
+    let slice = Slice::new(map.size(), channels, rows, file.depth, |rect| functions(map, 0, rect));
     let encoded = match file.image.format {
-        ImageFormat::Exr => slice.exr(map.info())?,
+        ImageFormat::Exr => slice.exr(&map.metadata().info)?,
         _ => slice.png()?,
     };
     write_file(&file.image.path, &encoded)

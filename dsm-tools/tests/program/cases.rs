@@ -22,6 +22,10 @@ fn a_name_longer_than_a_line_is_cut() {
     assert!(told.lines().all(|line| line.chars().count() < 300), "{told}");
     assert!(run!("inspect", map, "--json").stdout().len() > 65_536);
     run!("verify", map).stdout();
+    // What a conversion loses is named, too.
+    let folder = Folder::new();
+    let told = run!("convert", map, folder.path("named.exr")).stdout();
+    assert!(told.contains("lost: attributes nnn") && told.len() < 3000, "{told}");
 }
 
 #[test]
