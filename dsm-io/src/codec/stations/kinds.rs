@@ -100,7 +100,7 @@ impl FirstDepths {
     pub(super) fn expected(&self) -> u32 {
         let pixel = self.firsts.len();
         let at = |index: Option<usize>| index.and_then(|index| self.firsts[index]);
-        let left = if pixel % self.width > 0 { at(pixel.checked_sub(1)) } else { None };
+        let left = if pixel.is_multiple_of(self.width) { None } else { at(pixel.checked_sub(1)) };
         let above = at(pixel.checked_sub(self.width));
         match (left, above) {
             (Some(left), Some(above)) => left.midpoint(above),
@@ -120,6 +120,6 @@ impl FirstDepths {
 pub(super) fn neighbours(counts: &[u32], width: usize) -> [u32; 2] {
     let pixel = counts.len();
     let at = |index: Option<usize>| index.map_or(0, |index| counts[index]);
-    let left = if pixel % width > 0 { at(pixel.checked_sub(1)) } else { 0 };
+    let left = if pixel.is_multiple_of(width) { 0 } else { at(pixel.checked_sub(1)) };
     [left, at(pixel.checked_sub(width))]
 }
