@@ -92,6 +92,14 @@ pub enum Error {
         #[source]
         error: io::Error,
     },
+    /// A map takes more bytes than it may, whatever the tolerance.
+    #[error("a map of {asked} bytes cannot be made: at the largest tolerance it takes {least}")]
+    Size {
+        /// Bytes that it may take.
+        asked: u64,
+        /// Bytes that it takes at the largest tolerance that is tried.
+        least: u64,
+    },
     /// Not a file of this format.
     #[error("not a .dsm file of this format: {0}")]
     NotDsm(&'static str),

@@ -11,6 +11,7 @@ mod any_cached_map;
 mod any_deep_map;
 mod attribute;
 mod bake;
+mod bake_to_size;
 mod blocks;
 mod cache;
 mod codec;
@@ -46,6 +47,7 @@ pub use achieved_error::AchievedError;
 pub use attribute::Attribute;
 pub use codec::{Codec, Packing};
 pub use convert::export::{ExportReport, export_deep_exr};
+pub use convert::target_size::convert_to_size;
 pub use convert::tiles::{ConvertOptions, convert};
 pub use convert::{export_options::ExportOptions, report::ImportReport, source::MapSource};
 pub use error::Error;
@@ -66,6 +68,7 @@ pub mod detail {
         any_cached_map::AnyCachedMap,
         any_deep_map::AnyDeepMap,
         bake::{BakeOptions, BakeReport, bake},
+        bake_to_size::bake_to_size,
         cache::{
             TileCache,
             cursor::LookupCursor,

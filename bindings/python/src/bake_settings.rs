@@ -84,8 +84,7 @@ fn side_or_both(given: &Bound<'_, PyAny>) -> Result<[u32; 2]> {
     }
 }
 
-/// How functions are compressed, of kind `deep`; `None` if nothing was told. One side alone
-/// takes the method that can keep to it.
+/// How functions are compressed, of kind `deep`; `None` if nothing was told.
 pub(crate) fn compression(given: &Options<'_>) -> Result<Option<Compression>> {
     let methods = [("greedy", CompressionMethod::Greedy), ("min-link", CompressionMethod::MinLink)];
     let method = given.word("method", &methods)?;
@@ -95,11 +94,7 @@ pub(crate) fn compression(given: &Options<'_>) -> Result<Option<Compression>> {
         return Ok(None);
     }
     let side = side.unwrap_or_default();
-    let usual = match side {
-        Side::Both => CompressionMethod::default(),
-        _ => CompressionMethod::MinLink,
-    };
-    Ok(Some(Compression::new(method.unwrap_or(usual)).with_side(side)))
+    Ok(Some(Compression::new(method.unwrap_or_default()).with_side(side)))
 }
 
 /// How levels are made, of kind `prefiltered`; `None` if nothing was told.

@@ -87,6 +87,9 @@ pub struct Bake {
     pub depth_error: Option<f64>,
     /// The packing of tiles.
     pub packing: Packing,
+    /// Bytes that the file may take, of kind `deep`: the smallest tolerance from
+    /// [`Self::tolerance`] on for which it does is found.
+    pub target_size: Option<u64>,
     /// Width and height of a tile in pixels.
     pub tile_size: u32,
     /// Mip levels that are baked as well.
@@ -126,6 +129,7 @@ impl Bake {
             compression: None,
             depth_error: None,
             packing: Packing::Zstd,
+            target_size: None,
             tile_size: 64,
             pyramid: None,
             crop: None,

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use dsm_core::detail::Quantization;
-use dsm_core::{BakeSettings, Baker, PixelSampling, Side, Transmittance, ViewRaster};
-use dsm_io::Codec;
+use dsm_core::{BakeSettings, Baker, PixelSampling, Side, Tolerance, Transmittance, ViewRaster};
 use dsm_io::detail::{BakeOptions, Container, ErasedMap};
+use dsm_io::{Codec, ConvertOptions, WriteOptions};
 
 use super::shadow_kind::{ShadowKind, refuse};
 use crate::bake::occluders::AnyHitSource;
@@ -43,6 +43,11 @@ impl ShadowKind for Deep {
                 return Err(Error::Unsupported(reason.to_owned()));
             }
             Quantization::within(error)?;
+        }
+        if settings.target_size.is_some() && (settings.pyramid.is_some() || settings.crop.is_some())
+        {
+            let reason = "--target-size is for whole maps without --mip";
+            return Err(Error::Unsupported(reason.to_owned()));
         }
         if let Some(compression) = settings.compression {
             compression.check()?;
@@ -118,6 +123,9 @@ fn bake<T: Transmittance>(
     settings.camera = Some(view.shadow_camera());
     settings.quantization = job.quantization()?;
     settings.compression = asked.compression.unwrap_or_default();
+    if let Some(bytes) = asked.target_size {
+        return bake_to_size(job, settings, source, output, bytes);
+    }
     let options = BakeOptions::default()
         .with_codec(asked.codec)
         .with_packing(asked.packing)
@@ -127,4 +135,38 @@ fn bake<T: Transmittance>(
     let describe = |metadata: &mut _| job.describe(metadata);
     let baked = dsm_io::detail::bake(&baker, output, &options, describe, |at| job.watch(at))?;
     Ok(job.report::<T>(samples, tolerance, baked))
+}
+
+/// What functions that are kept to be compressed are off, of the tolerance.
+const KEPT_SHARE: f64 = 1.0 / 16.0;
+
+/// Bakes functions that are nearly exact into a file beside `output`, and compresses those
+/// under the smallest tolerance whose file keeps to a size.
+fn bake_to_size<T: Transmittance>(
+    job: &Job<'_>,
+    settings: BakeSettings,
+    source: AnyHitSource<'_, T>,
+    output: &Path,
+    bytes: u64,
+) -> Result<BakeReport> {
+    let (least, samples) = (settings.tolerance(), settings.sampling.samples_per_pixel());
+    let spent = f64::from(least.epsilon()) * KEPT_SHARE;
+    let options = ConvertOptions {
+        tolerance: least.after(spent),
+        write: WriteOptions::default()
+            .with_tile_size(settings.tile_size)
+            .with_codec(job.settings.codec)
+            .with_packing(job.settings.packing),
+        quantization: settings.quantization,
+        compression: settings.compression,
+        ..ConvertOptions::default()
+    };
+    let kept = Tolerance::new(spent as f32)?;
+    let settings = settings.with_quantization(None).with_tolerance(kept);
+    let baker = Baker::<T, _>::new(source, settings)?;
+    let describe = |metadata: &mut _| job.describe(metadata);
+    let watch = |at| job.watch(at);
+    let (baked, stated) =
+        dsm_io::detail::bake_to_size(&baker, output, &options, bytes, describe, watch)?;
+    Ok(job.report::<T>(samples, stated, baked))
 }

@@ -43,6 +43,9 @@ pub(super) fn check(settings: &Bake) -> Result<()> {
     if settings.compression.is_some() {
         return refuse("compression by --method or --side", "deep");
     }
+    if settings.target_size.is_some() {
+        return refuse("--target-size", "deep");
+    }
     if settings.depth_error.is_some() {
         return refuse("--depth-error", "deep");
     }

@@ -31,9 +31,9 @@ pub trait Compressor<T: Transmittance> {
 pub enum CompressionMethod {
     /// One pass with constant state ([`GreedyCompressor`](greedy::GreedyCompressor)):
     /// the fastest.
-    #[default]
     Greedy,
-    /// The fewest vertices ([`MinLinkCompressor`]).
+    /// The fewest vertices ([`MinLinkCompressor`]): the smallest files.
+    #[default]
     MinLink,
 }
 

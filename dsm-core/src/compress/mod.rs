@@ -2,11 +2,13 @@
 //! §5.2).
 
 pub(crate) mod compressor;
+mod extent;
 pub(crate) mod greedy;
 pub(crate) mod min_link;
 pub(crate) mod paper_greedy;
 pub(crate) mod quantization;
 pub(crate) mod rounded;
+mod short_path;
 pub(crate) mod side;
 mod slope_window;
 mod tube;

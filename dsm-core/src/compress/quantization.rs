@@ -98,7 +98,7 @@ impl Quantization {
     }
 
     /// Bits of a depth behind the point.
-    fn bits(self, z: f32) -> u32 {
+    pub(super) fn bits(self, z: f32) -> u32 {
         let exponent = (z.to_bits() >> MANTISSA) as i32 - 127;
         let needed = self.step.map_or(0, |step| (exponent - step).clamp(0, MANTISSA as i32));
         self.depth_bits.max(needed as u32)

@@ -2,11 +2,15 @@
 
 use super::compressor::{ChosenCompressor, Compression, Compressor};
 use super::quantization::Quantization;
+use super::short_path::{GridSearch, ShortPath};
 use super::side::Side;
 use crate::tolerance::Tolerance;
 use crate::transmittance::Transmittance;
 use crate::visibility::difference::VisibilityDifference;
 use crate::visibility::vertex::{SumVertex, Vertex};
+
+/// The shares of the tolerance that paths are drawn within before they are put on grids.
+const SHARES: [f64; 4] = [0.97, 0.9, 0.82, 0.72];
 
 /// What became of a function that was compressed.
 #[derive(Clone, Copy, Debug)]
@@ -25,6 +29,9 @@ pub struct RoundedCompressor<T: Transmittance> {
     side: Side,
     compressor: ChosenCompressor<T>,
     stored: Vec<SumVertex<T>>,
+    path: Vec<Vertex<T>>,
+    trial: Vec<Vertex<T>>,
+    best: ShortPath<T>,
 }
 
 impl<T: Transmittance> RoundedCompressor<T> {
@@ -32,7 +39,15 @@ impl<T: Transmittance> RoundedCompressor<T> {
     #[must_use]
     pub fn new(quantization: Option<Quantization>, compression: Compression) -> Self {
         let compressor = compression.compressor();
-        Self { quantization, side: compression.side, compressor, stored: Vec::new() }
+        Self {
+            quantization,
+            side: compression.side,
+            compressor,
+            stored: Vec::new(),
+            path: Vec::new(),
+            trial: Vec::new(),
+            best: ShortPath::default(),
+        }
     }
 
     /// Appends the compressed function of `exact` to `vertices`. Values are off by
@@ -44,14 +59,12 @@ impl<T: Transmittance> RoundedCompressor<T> {
         vertices: &mut Vec<Vertex<T>>,
     ) -> Rounded {
         let start = vertices.len();
-        let mut emit = |vertex| vertices.push(vertex);
         match self.quantization {
-            None => self.compressor.compress(tolerance, exact, &mut emit),
-            Some(_) => {
-                let rest = Quantization::rest(tolerance, self.side);
-                self.compressor.compress(rest, exact, &mut emit);
-                Quantization::round_values(tolerance, self.side, vertices, start);
+            None => {
+                let mut emit = |vertex| vertices.push(vertex);
+                self.compressor.compress(tolerance, exact, &mut emit);
             }
+            Some(quantization) => self.round(quantization, tolerance, exact, vertices),
         }
         self.stored.clear();
         let stored = vertices[start..].iter();
@@ -59,5 +72,32 @@ impl<T: Transmittance> RoundedCompressor<T> {
         let difference = VisibilityDifference::between(exact, &self.stored);
         let snap = |quantization: Quantization| quantization.snap_depths(vertices, start);
         Rounded { difference, moved: self.quantization.map_or(0.0, snap) }
+    }
+    /// Appends the path on grids that takes the fewest bits of those that are tried.
+    fn round(
+        &mut self,
+        quantization: Quantization,
+        tolerance: Tolerance,
+        exact: &[SumVertex<T>],
+        vertices: &mut Vec<Vertex<T>>,
+    ) {
+        let epsilon = f64::from(tolerance.epsilon());
+        let step = Quantization::value_step(tolerance);
+        let search = GridSearch { quantization, side: self.side, epsilon, step, exact };
+        self.best.bits = f32::INFINITY;
+        for share in SHARES {
+            let narrower = tolerance.after((1.0 - share) * epsilon);
+            self.path.clear();
+            let path = &mut self.path;
+            self.compressor.compress(narrower, exact, &mut |vertex| path.push(vertex));
+            search.improve(&self.path, &mut self.trial, &mut self.best);
+        }
+        if self.best.bits < f32::INFINITY {
+            vertices.append(&mut self.best.vertices);
+            return;
+        }
+        let (start, rest) = (vertices.len(), Quantization::rest(tolerance, self.side));
+        self.compressor.compress(rest, exact, &mut |vertex| vertices.push(vertex));
+        Quantization::round_values(tolerance, self.side, vertices, start);
     }
 }

@@ -140,8 +140,11 @@ fn a_ramp_stays_a_ramp() {
     });
     let mut settings = BakeSettings::new([1, 1]).unwrap();
     settings.sampling = PixelSampling::new(256, 0).unwrap();
-    let [exact, rounded] = [None, Some(Quantization::default())].map(|quantization| {
-        let settings = settings.clone().with_quantization(quantization);
+    // What the rounding of values leaves: an eighth of the tolerance is half their step.
+    let least = Tolerance::new(0.875 * settings.tolerance().epsilon()).unwrap();
+    let grids = [(None, Some(least)), (Some(Quantization::default()), None)];
+    let [exact, rounded] = grids.map(|(quantization, tolerance)| {
+        let settings = settings.clone().with_quantization(quantization).with_tolerance(tolerance);
         let tile = Baker::<f32, _>::new(&source, settings).unwrap().tile([0, 0]).unwrap();
         tile.pixels().view().vertex_count()
     });

@@ -100,7 +100,7 @@ pub(crate) fn decode<T: Transmittance>(stored: StoredTile<'_>) -> Result<Tile<'_
             let columns = unpack(&payload, lengths, entry.differences).map_err(refuse)?;
             own(size, columns).map_err(not_valid)?
         }
-        None => {
+        Some(Packing::Entropy) | None => {
             return Err(Error::Unsupported { place, what: format!("block {}", entry.block) });
         }
     };

@@ -3,9 +3,12 @@
 //! A codec turns pixels into columns of 32-bit words; a packing shrinks the
 //! columns. Both are named in the tile's directory entry.
 
+mod entropy;
 pub(crate) mod exact;
+mod grids;
 mod packed;
 pub(crate) mod quantized;
+mod stations;
 pub(crate) mod stored_tile;
 pub(crate) mod tile_columns;
 mod words;
@@ -78,8 +81,12 @@ pub enum Packing {
     /// Unpacked columns: an exact tile can be used where it lies.
     #[default]
     Plain,
-    /// Their bytes shuffled by significance in a zstd frame.
+    /// Their bytes shuffled by significance in a zstd frame; what lies on grids as
+    /// [`Self::Entropy`].
     Zstd,
+    /// Numbers on grids as few bits, by how frequent they are. What lies on no grid is
+    /// packed as [`Self::Zstd`].
+    Entropy,
 }
 
 impl Packing {
@@ -88,6 +95,7 @@ impl Packing {
         match self {
             Self::Plain => 0,
             Self::Zstd => 1,
+            Self::Entropy => 2,
         }
     }
 
@@ -97,6 +105,7 @@ impl Packing {
         match tag {
             0 => Some(Self::Plain),
             1 => Some(Self::Zstd),
+            2 => Some(Self::Entropy),
             _ => None,
         }
     }
@@ -107,6 +116,7 @@ impl Packing {
         match self {
             Self::Plain => "none",
             Self::Zstd => "zstd",
+            Self::Entropy => "entropy",
         }
     }
 }

@@ -10,87 +10,16 @@ use dsm_core::Transmittance;
 use dsm_core::detail::{PixelLists, PixelListsView};
 
 use super::exact::{column_lengths, depth_range};
+use super::grids::{Grids, from_zigzag, zigzag};
 use super::packed::unpack;
+use super::stations::{self, Columns};
 use super::stored_tile::StoredTile;
 use super::tile_columns::{TileColumn, mono_flags};
 use super::{Codec, Packing, exact, words};
-use crate::error::{Error, Result};
+use crate::error::{Error, Place, Result};
+use crate::format::directory::TileEntry;
 use crate::format::encoded_tile::EncodedTile;
 use crate::tile::Tile;
-
-/// The most bits behind the point that a value may have: an `f32` in (½, 1]
-/// has no more.
-const MOST_VALUE_BITS: u32 = 24;
-
-/// The most bits of a depth that may be zero: the mantissa's.
-const MOST_DEPTH_ZEROS: u32 = 23;
-
-/// The grids of a tile.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Grids {
-    /// Low bits of a depth that are zero.
-    depth_zeros: u32,
-    /// Bits of a value behind the point.
-    value_bits: u32,
-}
-
-impl Grids {
-    /// The coarsest grids on which all vertices lie; none if values are finer
-    /// than any.
-    fn of<T: Transmittance>(pixels: PixelListsView<'_, T>) -> Option<Self> {
-        let depths = pixels.depths().iter().fold(0, |all, z| all | z.to_bits());
-        let scale = f32::from_bits((127 + MOST_VALUE_BITS) << 23);
-        let mut multiples = 1 << MOST_VALUE_BITS;
-        for value in pixels.values() {
-            let multiple = value * scale;
-            if multiple.fract() != 0.0 {
-                return None;
-            }
-            multiples |= multiple as u32;
-        }
-        Some(Self {
-            depth_zeros: depths.trailing_zeros().min(MOST_DEPTH_ZEROS),
-            value_bits: MOST_VALUE_BITS - multiples.trailing_zeros(),
-        })
-    }
-
-    const fn header(self) -> u32 {
-        self.depth_zeros | self.value_bits << 8
-    }
-
-    const fn from_header(word: u32) -> Option<Self> {
-        let (depth_zeros, value_bits) = (word & 0xff, word >> 8);
-        if depth_zeros <= MOST_DEPTH_ZEROS && value_bits <= MOST_VALUE_BITS {
-            Some(Self { depth_zeros, value_bits })
-        } else {
-            None
-        }
-    }
-
-    /// The value 1.
-    const fn one(self) -> u32 {
-        1 << self.value_bits
-    }
-
-    fn value_code(self, value: f32) -> u32 {
-        (value * self.one() as f32) as u32
-    }
-
-    fn value(self, code: u32) -> f32 {
-        // At most 24 bits over a power of two.
-        code as f32 / self.one() as f32
-    }
-}
-
-/// Numbers of either sign as small ones: 0, −1, 1, −2, 2 …
-const fn zigzag(change: u32) -> u32 {
-    let change = change.cast_signed();
-    ((change << 1) ^ (change >> 31)).cast_unsigned()
-}
-
-const fn from_zigzag(code: u32) -> u32 {
-    (code >> 1) ^ (code & 1).wrapping_neg()
-}
 
 /// Hands the values of each pixel's each channel to `run`.
 fn value_runs(starts: &[u32], value_starts: &[u32], mut run: impl FnMut(std::ops::Range<usize>)) {
@@ -116,6 +45,22 @@ pub(super) fn encode<T: Transmittance>(
         return Ok(EncodedTile::default());
     }
     let Some(grids) = Grids::of(pixels) else { return exact::encode(pixels, packing) };
+    let plain = encode_columns(pixels, grids, Packing::Plain)?;
+    if packing != Packing::Plain {
+        let bytes = stations::encode(pixels, grids);
+        if bytes.len() < plain.bytes.len() {
+            return Ok(EncodedTile { bytes, block: Packing::Entropy.tag(), ..plain });
+        }
+    }
+    Ok(plain)
+}
+
+/// The words of the columns, as block 0 and 1 have them.
+fn encode_columns<T: Transmittance>(
+    pixels: PixelListsView<'_, T>,
+    grids: Grids,
+    packing: Packing,
+) -> Result<EncodedTile> {
     let mut depths = Vec::with_capacity(pixels.depths().len());
     let mut first_before = 0_u32;
     for pair in pixels.starts().windows(2) {
@@ -159,7 +104,18 @@ pub(crate) fn decode<T: Transmittance>(stored: StoredTile<'_>) -> Result<Tile<'s
         column_lengths(&stored, others, T::CHANNELS)?;
     let StoredTile { payload, entry, rect, .. } = stored;
     let lengths = [1, starts, value_starts, flags, depths, values];
+    let size = (rect.width, rect.height);
     let columns = match Packing::from_tag(entry.block) {
+        Some(Packing::Entropy) => {
+            if entry.differences != 0 {
+                return Err(refuse("coded numbers are no differences of columns"));
+            }
+            let columns = stations::decode(&payload, size.into(), T::CHANNELS, [depths, values]);
+            let Columns { starts, value_starts, depths, values } = columns.map_err(refuse)?;
+            let pixels = PixelLists::new(size, starts, value_starts, depths, values);
+            let pixels = pixels.map_err(|error| Error::Function { place, error })?;
+            return within_range(pixels, entry, place);
+        }
         Some(Packing::Plain) => {
             if payload.len() as u64 != entry.raw_length || entry.differences != 0 {
                 return Err(refuse("a plain tile is as long as its columns and stores words"));
@@ -195,14 +151,23 @@ pub(crate) fn decode<T: Transmittance>(stored: StoredTile<'_>) -> Result<Tile<'s
         return Err(refuse("a value falls below 0"));
     }
     let real = |bits: Vec<u32>| bits.into_iter().map(f32::from_bits).collect();
-    let size = (rect.width, rect.height);
     let pixels = PixelLists::new(size, starts, value_starts, real(depths), real(values))
         .map_err(|error| Error::Function { place, error })?;
     if T::CHANNELS > 1 && mono_flags(pixels.view()) != flags {
         return Err(refuse("its mono flags do not fit its pixel tables"));
     }
+    within_range(pixels, entry, place)
+}
+
+/// The tile, if its depths are those that its directory entry states.
+fn within_range<T: Transmittance>(
+    pixels: PixelLists<T>,
+    entry: &TileEntry,
+    place: Place,
+) -> Result<Tile<'static, T>> {
     if depth_range(pixels.view()) != [entry.z_min, entry.z_max] {
-        return Err(refuse("its depths are not the range that its directory entry states"));
+        let reason = "its depths are not the range that its directory entry states";
+        return Err(Error::invalid(place, reason));
     }
     Ok(Tile::Owned(pixels))
 }
@@ -240,7 +205,6 @@ mod tests {
     use std::borrow::Cow;
 
     use super::*;
-    use crate::error::Place;
     use crate::tile_id::TileRect;
     use dsm_core::{PixelListsBuilder, Rgb, Vertex};
 
@@ -291,17 +255,29 @@ mod tests {
         assert_eq!((a.depths(), a.values()), (b.depths(), b.values()));
     }
 
+    fn check<T: Transmittance>(pixels: &PixelLists<T>, packing: Packing) -> Packing {
+        let grids = Grids::of(pixels.view()).unwrap();
+        let encoded = match packing {
+            Packing::Entropy => encode(pixels.view(), packing),
+            _ => encode_columns(pixels.view(), grids, packing),
+        };
+        let encoded = encoded.unwrap();
+        assert_eq!(encoded.codec, Codec::Quantized.tag());
+        let tile: Tile<'_, T> = decode_again(&encoded, pixels.view().width()).unwrap();
+        assert_same(tile.view(), pixels.view());
+        Packing::from_tag(encoded.block).unwrap()
+    }
+
     #[test]
     fn what_lies_on_grids_comes_back() {
-        for packing in [Packing::Plain, Packing::Zstd] {
-            let encoded = encode(mono().view(), packing).unwrap();
-            assert_eq!(encoded.codec, Codec::Quantized.tag());
-            let tile: Tile<'_, f32> = decode_again(&encoded, 4).unwrap();
-            assert_same(tile.view(), mono().view());
-            let encoded = encode(coloured().view(), packing).unwrap();
-            let tile: Tile<'_, Rgb> = decode_again(&encoded, 3).unwrap();
-            assert_same(tile.view(), coloured().view());
+        for packing in [Packing::Plain, Packing::Zstd, Packing::Entropy] {
+            check(&mono(), packing);
+            check(&coloured(), packing);
         }
+        // The frequencies of few numbers would take more room than they save.
+        assert_eq!(check(&mono(), Packing::Entropy), Packing::Entropy);
+        let one = tile(&[&[(1.0, 1.0)]]);
+        assert_eq!(check(&one, Packing::Entropy), Packing::Plain);
     }
 
     #[test]

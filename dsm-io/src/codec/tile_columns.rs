@@ -103,7 +103,7 @@ impl EncodedTile {
         let words = columns.iter().map(|column| column.words);
         let packed = match packing {
             Packing::Plain => None,
-            Packing::Zstd => {
+            Packing::Zstd | Packing::Entropy => {
                 Some(pack(words.clone(), differences).map_err(Error::io("compress a tile"))?)
             }
         };
@@ -168,7 +168,7 @@ impl<'a> ColumnReader<'a> {
                 let planes = unpack_planes(&payload, entry.raw_length as usize).map_err(refuse)?;
                 (Cow::Owned(planes), true)
             }
-            None => {
+            Some(Packing::Entropy) | None => {
                 return Err(Error::Unsupported { place, what: format!("block {}", entry.block) });
             }
         };

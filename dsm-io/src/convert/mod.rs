@@ -13,4 +13,5 @@ mod image_options;
 pub(crate) mod report;
 mod rows;
 pub(crate) mod source;
+pub(crate) mod target_size;
 pub(crate) mod tiles;

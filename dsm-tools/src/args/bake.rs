@@ -103,6 +103,11 @@ pub(crate) struct BakeFlags {
     #[arg(long, value_name = "D", allow_negative_numbers = true)]
     #[arg(value_parser = values::positive_length)]
     depth_error: Option<f64>,
+    /// Bytes that a map of kind deep may take: the smallest tolerance from --tolerance on
+    /// for which it does is found, of functions that are baked once
+    #[arg(long, value_name = "BYTES")]
+    #[arg(value_parser = RangedU64ValueParser::<u64>::new().range(1..))]
+    target_size: Option<u64>,
     /// Packing of tiles
     #[arg(long, value_enum, default_value = "zstd")]
     block: values::BlockName,
@@ -261,6 +266,7 @@ impl TryFrom<BakeFlags> for Bake {
         settings.codec = flags.codec.into();
         settings.compression = flags.compression.compression()?;
         settings.depth_error = flags.depth_error;
+        settings.target_size = flags.target_size;
         settings.packing = flags.block.into();
         settings.pyramid = flags.mip.then(PyramidOptions::default);
         settings.seed = flags.seed;

@@ -6,9 +6,8 @@ use deepshadow::visibility::{Compression, CompressionMethod, Side};
 /// How visibility functions are compressed.
 #[derive(Clone, Copy, Debug, Args)]
 pub(super) struct CompressionFlags {
-    /// Algorithm of the compression, of kind deep: greedy in one pass, the fastest;
-    /// min-link, the fewest vertices within the tolerance [default: greedy, with one --side
-    /// min-link]
+    /// Algorithm of the compression, of kind deep: min-link, the fewest vertices within the
+    /// tolerance, for the smallest files; greedy in one pass, the fastest [default: min-link]
     #[arg(long, value_enum)]
     method: Option<MethodName>,
     /// Where a map may be off: lighter, nowhere darker than what it is made of; darker,
@@ -50,8 +49,7 @@ impl CompressionFlags {
         let method = match self.method {
             Some(MethodName::Greedy) => CompressionMethod::Greedy,
             Some(MethodName::MinLink) => CompressionMethod::MinLink,
-            None if side == Side::Both => CompressionMethod::default(),
-            None => CompressionMethod::MinLink,
+            None => CompressionMethod::default(),
         };
         let compression = Compression::new(method).with_side(side);
         if compression.check().is_err() {

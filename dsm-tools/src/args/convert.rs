@@ -41,6 +41,11 @@ pub(crate) struct ConvertFlags {
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     #[arg(value_parser = values::tolerance)]
     tolerance: Option<Tolerance>,
+    /// Bytes that a .dsm may take: the smallest tolerance from --tolerance on for which it
+    /// does is found, and told
+    #[arg(long, value_name = "BYTES")]
+    #[arg(value_parser = RangedU64ValueParser::<u64>::new().range(1..))]
+    target_size: Option<u64>,
     /// Encoding of the depths and values of a .dsm: exact, or rounded to grids within
     /// the tolerance and stored as small numbers [default: exact]
     #[arg(long, value_enum)]
@@ -160,7 +165,8 @@ pub(crate) struct Convert {
 /// The output format, by the output's name.
 #[derive(Debug)]
 pub(crate) enum ConvertTarget {
-    Map(ConvertOptions),
+    /// A map, of so many bytes at most.
+    Map(ConvertOptions, Option<u64>),
     Image(ExportOptions),
 }
 
@@ -180,7 +186,11 @@ impl ConvertFlags {
         let tile = self.tile.unwrap_or(DEFAULT_TILE);
         let codec = self.codec.map_or(Codec::Exact, Codec::from);
         let write = WriteOptions::default().with_tile_size(tile).with_packing(block);
-        let tolerance = self.tolerance.unwrap_or_default();
+        let mut tolerance = self.tolerance.unwrap_or_default();
+        if self.target_size.is_some() && self.tolerance.is_none() && codec == Codec::Quantized {
+            let least = Tolerance::new(Quantization::MIN_TOLERANCE);
+            tolerance = least.map_err(|error| error.to_string())?;
+        }
         let quantization = self.quantization(codec, tolerance)?;
         let cameras = CameraConventions {
             view_axis: self.camera_axis.map(ViewAxis::from),
@@ -216,6 +226,7 @@ impl ConvertFlags {
             ("--block", self.block.is_some()),
             ("--codec", self.codec.is_some()),
             ("--depth-error", self.depth_error.is_some()),
+            ("--target-size", self.target_size.is_some()),
             (self.compression.given().unwrap_or_default(), self.compression.given().is_some()),
             ("--camera-axis", self.camera_axis.is_some()),
             ("--ndc", self.ndc.is_some()),
@@ -263,7 +274,7 @@ impl TryFrom<ConvertFlags> for Convert {
         let target = if values::is_exr(&flags.output) {
             ConvertTarget::Image(flags.image()?)
         } else {
-            ConvertTarget::Map(flags.map()?)
+            ConvertTarget::Map(flags.map()?, flags.target_size)
         };
         let ConvertFlags { input, output, selection, effort, json, quiet, strictness, .. } = flags;
         let Strictness { strict } = strictness;

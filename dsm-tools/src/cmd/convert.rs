@@ -2,7 +2,9 @@
 
 use anyhow::{Context, Result};
 use deepshadow::ShadowMap;
-use deepshadow::files::{ExportOptions, ExportReport, Limits, MapSource, convert, export_deep_exr};
+use deepshadow::files::{
+    ExportOptions, ExportReport, Limits, MapSource, convert, convert_to_size, export_deep_exr,
+};
 use serde::Serialize;
 
 use crate::args::{Convert, ConvertTarget};
@@ -48,10 +50,16 @@ pub(crate) fn run(request: &Convert) -> Result<()> {
         let watch = Watch::start("converting", request.quiet)?;
         let at = |progress| watch.at(progress);
         let done = match &request.target {
-            ConvertTarget::Map(options) => {
-                convert(&mut source, output, options, at).map(|report| {
+            ConvertTarget::Map(options, target_size) => {
+                let done = match *target_size {
+                    None => convert(&mut source, output, options, at).map(|done| (done, None)),
+                    Some(bytes) => convert_to_size(&mut source, output, options, bytes, at)
+                        .map(|(done, found)| (done, Some(found))),
+                };
+                done.map(|(report, found)| {
                     notes.extend(report.lines().iter().map(|line| printable(line)));
-                    ((report.samples, None), Vec::new())
+                    let told = found.map(|found| format!("tolerance {} found", found.epsilon()));
+                    ((report.samples, None), told.into_iter().collect())
                 })
             }
             ConvertTarget::Image(options) => export_deep_exr(&mut source, output, options, at)
@@ -62,7 +70,7 @@ pub(crate) fn run(request: &Convert) -> Result<()> {
     })?;
     let (mut warnings, mut stated) = (Warnings::new(request.strict), None);
     let is_empty = match request.target {
-        ConvertTarget::Map(_) => {
+        ConvertTarget::Map(..) => {
             let map = ShadowMap::open(output)?;
             stated = map.stated_errors()?.first().copied().map(StatedReport::from);
             lines.extend(stated.and_then(|stated| stated.about_depths()));

@@ -96,3 +96,48 @@ fn what_does_not_go_together_is_wrong_usage() {
     let image = folder.path("map.exr");
     run!("convert", map, image, "--side", "lighter").is_wrong_usage("--side is for .dsm outputs");
 }
+
+#[test]
+fn a_tolerance_is_found_for_a_size() {
+    let folder = Folder::new();
+    let [exact, usual, map] = ["exact.dsm", "usual.dsm", "map.dsm"].map(|name| folder.path(name));
+    let bake = |map: &std::path::Path, more: &[&str]| {
+        let mut arguments = vec!["bake".into(), "builtin:hairball".into(), "-o".into()];
+        arguments.push(map.as_os_str().to_owned());
+        let always = ["--resolution", "48", "--codec", "quantized"];
+        arguments.extend(always.iter().chain(more).map(std::ffi::OsString::from));
+        crate::run::run(arguments)
+    };
+    let length = |map: &std::path::Path| std::fs::metadata(map).unwrap().len();
+    bake(&usual, &["--quiet"]).stdout();
+    let most = length(&usual) * 2 / 3;
+    let size = most.to_string();
+    bake(&map, &["--target-size", &size, "--quiet"]).stdout();
+    assert!(length(&map) <= most && length(&map) * 10 > most * 8, "{} {most}", length(&map));
+    let tolerance = inspected(&map)["tolerance"].as_f64().unwrap();
+    assert!(tolerance > 0.0625 && tolerance < 0.5, "{tolerance}");
+    // It keeps to what it states.
+    run!(
+        "bake",
+        "builtin:hairball",
+        "-o",
+        exact,
+        "--resolution",
+        "48",
+        "--tolerance",
+        "0",
+        "--quiet"
+    )
+    .stdout();
+    run!("verify", map, "--against", exact, "--quiet").stdout();
+    let told = run!("convert", exact, map, "--target-size", size).stdout();
+    assert!(told.contains("tolerance ") && length(&map) <= most, "{told}");
+    // What is small enough already is as precise as it was asked to be.
+    bake(&map, &["--target-size", "100000000", "--quiet"]).stdout();
+    assert!((inspected(&map)["tolerance"].as_f64().unwrap() - 0.0625).abs() < 1e-6);
+    let before = std::fs::read(&map).unwrap();
+    let failed = bake(&map, &["--target-size", "1000", "--quiet"]);
+    assert!(failed.refusal().contains("a map of 1000 bytes cannot be made"));
+    assert_eq!(std::fs::read(&map).unwrap(), before);
+    bake(&map, &["--target-size", "1000", "--mip"]).is_wrong_usage("--target-size");
+}

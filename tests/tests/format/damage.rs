@@ -8,7 +8,7 @@ use dsm_core::{MapInfo, Vertex};
 use dsm_io::detail::{Container, Source};
 use dsm_io::{AchievedError, Limits, MapReader, Metadata, Packing, WriteOptions};
 use dsm_tests::forge::Forge;
-use dsm_tests::whole_message;
+use dsm_tests::{golden, whole_message};
 use rayon::prelude::*;
 
 use crate::examples::{Example, coloured, document, mono};
@@ -22,13 +22,21 @@ fn problems(bytes: Vec<u8>) -> Vec<String> {
     }
 }
 
-fn every_kind() -> [Vec<u8>; 4] {
+fn every_kind() -> [Vec<u8>; 6] {
     [
         document().bytes(),
         coloured(Packing::Plain).bytes(),
         mono(Packing::Zstd).bytes(),
         coloured(Packing::Zstd).bytes(),
+        coded("mono"),
+        coded("rgb"),
     ]
+}
+
+/// A map of coded numbers.
+fn coded(channels: &str) -> Vec<u8> {
+    let name = format!("golden/deep_quantized_entropy_{channels}.dsm");
+    std::fs::read(golden::folder().join(name)).unwrap()
 }
 
 #[test]

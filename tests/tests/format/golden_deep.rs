@@ -82,7 +82,7 @@ fn check<T: Transmittance>(
     assert_eq!(whole.software, "golden 1.0", "{name}");
     assert_eq!(reader.crop(), crop, "{name}");
     let first = crop.map_or([0; 2], |crop| [crop.x, crop.y]);
-    let (mut packed, mut quantized) = (0, 0);
+    let (mut packed, mut coded, mut quantized) = (0, 0, 0);
     for (index, level) in (0..).zip(reader.levels()) {
         let map = reader.read_map::<T>(index).unwrap();
         for (x, y) in (0..level.height).flat_map(|y| (0..level.width).map(move |x| (x, y))) {
@@ -92,10 +92,12 @@ fn check<T: Transmittance>(
         }
         for (_, entry) in reader.directory(index).unwrap().iter() {
             packed += usize::from(entry.block == 1);
+            coded += usize::from(entry.block == 2);
             quantized += usize::from(entry.codec == 1);
         }
     }
     assert_eq!(packed > 0, packing == Packing::Zstd, "{name}: {packed} packed tiles");
+    assert_eq!(coded > 0, packing == Packing::Entropy, "{name}: {coded} coded tiles");
     assert_eq!(quantized > 0, codec == Codec::Quantized, "{name}: {quantized} quantized tiles");
 }
 
@@ -108,6 +110,13 @@ fn deep_maps_of_version_1() {
             check::<Rgb>(&format!("{name}_rgb"), (codec, packing), None, &[]);
         }
     }
+}
+
+#[test]
+fn coded_numbers_of_version_1() {
+    let coded = (Codec::Quantized, Packing::Entropy);
+    check::<f32>("deep_quantized_entropy_mono", coded, None, &[]);
+    check::<Rgb>("deep_quantized_entropy_rgb", coded, None, &[]);
 }
 
 #[test]

@@ -1,12 +1,12 @@
 //! The compressor to fewest vertices.
 
-use super::extent::Extent;
 use super::joint::JointWalk;
 use super::rounding::Rounding;
 use super::rungs::{self, Bounds, End, Rung};
 use super::shorten::shorten;
 use super::walk::Walk;
 use crate::compress::compressor::Compressor;
+use crate::compress::extent::Extent;
 use crate::compress::greedy::{self, GreedyCompressor};
 use crate::compress::side::Side;
 use crate::tolerance::Tolerance;

@@ -1,7 +1,6 @@
 //! Compression to the fewest vertices.
 
 pub(crate) mod compressor;
-mod extent;
 mod hull;
 mod joint;
 mod link;
