@@ -16,6 +16,7 @@ use crate::section_kind::SectionKind;
 use crate::source::Source;
 use crate::source::mapped::MappedFile;
 use crate::source::memory::Memory;
+use crate::source::remote::RemoteSource;
 use crate::tile_id::{TileId, TileRect};
 
 /// An open `.dsm` file of any kind of map.
@@ -55,7 +56,8 @@ pub struct Container {
 }
 
 impl Container {
-    /// Maps a file into memory.
+    /// Maps a file into memory, or opens the one at an address such as
+    /// `s3://maps/key.dsm` ([`dsm_remote`]), whose tiles come when they are read.
     ///
     /// Another process that truncates the file while it is mapped makes the
     /// operating system end this one (SIGBUS). Files written by this crate
@@ -67,9 +69,25 @@ impl Container {
     /// [`Error::File`], naming the file, with what is wrong with it.
     pub fn open(path: impl AsRef<Path>, limits: &Limits) -> Result<Self> {
         let path = path.as_ref();
-        MappedFile::open(path)
-            .and_then(|source| Self::read(Box::new(source), Some(path), limits))
+        open_source(path)
+            .and_then(|source| Self::read(source, Some(path), limits))
             .map_err(|error| error.in_file(Some(path)))
+    }
+
+    /// Opens the file at an address of an object store, with these options.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::open`].
+    pub fn open_remote(
+        address: impl AsRef<Path>,
+        options: &dsm_remote::RemoteOptions,
+        limits: &Limits,
+    ) -> Result<Self> {
+        let address = address.as_ref();
+        RemoteSource::open_with(address, options)
+            .and_then(|source| Self::read(Box::new(source), Some(address), limits))
+            .map_err(|error| error.in_file(Some(address)))
     }
 
     /// Reads a whole file into memory.
@@ -79,6 +97,10 @@ impl Container {
     /// As [`Self::open`].
     pub fn open_in_memory(path: impl AsRef<Path>, limits: &Limits) -> Result<Self> {
         let path = path.as_ref();
+        if dsm_remote::is_url(path) {
+            // Nothing shortens what is opened there: a replaced one is an error.
+            return Self::open(path, limits);
+        }
         Memory::read(path, limits.max_in_memory_bytes)
             .and_then(|source| Self::read(Box::new(source), Some(path), limits))
             .map_err(|error| error.in_file(Some(path)))
@@ -117,6 +139,7 @@ impl Container {
                 .map(|(id, entry)| (entry.extent(), Place::Entry(id))),
         );
         check_cover(extents, prologue.file_length)?;
+        source.opened();
         let path = path.map(Path::to_owned);
         let minor = prologue.minor;
         Ok(Self { path, minor, sections, metadata, levels, directories, source })
@@ -136,6 +159,13 @@ impl Container {
     #[must_use]
     pub fn path(&self) -> Option<&Path> {
         self.path.as_deref()
+    }
+
+    /// What a user should know of how far the file's bytes can be relied on, if
+    /// anything: one sentence without a full stop.
+    #[must_use]
+    pub fn remark(&self) -> Option<&str> {
+        self.source.remark()
     }
 
     /// The file's major and minor version.
@@ -303,6 +333,15 @@ impl Container {
         }
         errors.into_iter().map(|error| error.in_file(self.path())).collect()
     }
+}
+
+/// The bytes of the file that a path or an address names.
+fn open_source(path: &Path) -> Result<Box<dyn Source>> {
+    Ok(if dsm_remote::is_url(path) {
+        Box::new(RemoteSource::open(path)?)
+    } else {
+        Box::new(MappedFile::open(path)?)
+    })
 }
 
 fn read_sections(file: &dyn Source, prologue: &Prologue, limits: &Limits) -> Result<Vec<Section>> {

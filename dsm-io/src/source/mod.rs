@@ -2,6 +2,7 @@
 
 pub(crate) mod mapped;
 pub(crate) mod memory;
+pub(crate) mod remote;
 
 use std::borrow::Cow;
 use std::fmt::Debug;
@@ -50,6 +51,16 @@ pub trait Source: Debug + Send + Sync {
     ///
     /// Whatever keeps them from being read.
     fn read(&self, range: Range<u64>) -> Result<Cow<'_, [u8]>>;
+
+    /// Ends the opening: the prologue, the sections and the directories were read. A
+    /// source that fetched more for them may let it go. Nothing by default.
+    fn opened(&self) {}
+
+    /// What a user should know of how far the bytes can be relied on: one sentence
+    /// without a full stop. None by default.
+    fn remark(&self) -> Option<&str> {
+        None
+    }
 }
 
 /// A range of bytes in memory.
