@@ -114,7 +114,7 @@ pub mod detail {
         },
         row_order::RowOrder,
         section_kind::SectionKind,
-        source::{Source, mapped::MappedFile, memory::Memory, remote::RemoteSource},
+        source::{Source, file_length, mapped::MappedFile, memory::Memory, remote::RemoteSource},
         tile::Tile,
         tile_id::{TileId, TileRect},
         worst_pixel::WorstPixel,

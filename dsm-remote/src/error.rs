@@ -30,6 +30,9 @@ pub enum Error {
     /// There is no such object.
     #[error("there is no such object")]
     NotFound(#[source] Refusal),
+    /// An object of no bytes, of which no range can be asked for.
+    #[error("the object is empty")]
+    Empty,
     /// The store wants other credentials.
     #[error("the store denies access: it takes credentials from the environment")]
     Denied(#[source] Refusal),

@@ -70,6 +70,7 @@ class Maps:
         baker.run("bake", *bake, "--seed", "1", "--quiet", "-o", self.folder / "other.dsm")
         self.tiles = Directories(self.path)
         self.baker = baker
+        (self.folder / "empty.dsm").touch()
         chance = random.Random(20)
         size = self.tiles.width
         # Everywhere; and in every third tile alone, in an order that jumps.
@@ -213,6 +214,7 @@ def check_refusals(maps, tool, folder):
         for address, reason in (
             (server.url("nothing.dsm"), "no such object"),
             (server.url("all.csv"), "not a .dsm file"),
+            (server.url("empty.dsm"), "the object is empty"),
             (server.url("hair.dsm") + "?sig=hidden", "behind a ?"),
             (server.url("hair.dsm").replace("//", "//me:hidden@"), "user or key"),
             ("http://127.0.0.1:1/hair.dsm", "refused"),

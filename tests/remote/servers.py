@@ -84,7 +84,7 @@ class S3Server(Process):
     def gets(self, name):
         """The requests for an object so far."""
         lines = Path(f"{self.log}.stderr").read_text().splitlines()
-        return sum('"GET ' in line and f"/{name} " in line for line in lines)
+        return sum(f"GET /{name} " in line for line in lines)
 
 
 def settings(**more):

@@ -80,6 +80,8 @@ impl MapSource {
         }
         check_limit("bytes of a file in memory", length, limits.max_in_memory_bytes)
             .map_err(in_file)?;
+        // Nothing but this is wanted of it.
+        source.opened();
         let bytes = source.read(0..length).map_err(in_file)?.into_owned();
         let reader = DeepExrReader::from_bytes(bytes, selection, &limits.images);
         Ok(Self::Image(Box::new(reader.map_err(|error| in_file(error.into()))?)))

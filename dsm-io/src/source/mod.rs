@@ -63,6 +63,20 @@ pub trait Source: Debug + Send + Sync {
     }
 }
 
+/// Length in bytes of the file that a path or an address names.
+///
+/// # Errors
+///
+/// [`Error::File`] if there is none.
+pub fn file_length(path: &Path) -> Result<u64> {
+    let length = if dsm_remote::is_url(path) {
+        remote::RemoteSource::open(path).map(|source| source.length())
+    } else {
+        path.metadata().map(|metadata| metadata.len()).map_err(Error::io("open"))
+    };
+    length.map_err(|error| error.in_file(path))
+}
+
 /// A range of bytes in memory.
 fn slice(bytes: &[u8], range: Range<u64>) -> Result<Cow<'_, [u8]>> {
     let [start, end] = [range.start, range.end].map(usize::try_from);

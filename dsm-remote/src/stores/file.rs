@@ -190,21 +190,24 @@ impl RemoteFile {
         let begun = pieces.iter().find(|piece| piece.start == 0).map_or(0, Piece::end);
         let share = (length / END_SHARE).clamp(END_BYTES[0], END_BYTES[1]);
         let tail = length.saturating_sub(share).max(begun);
-        let wanted = if range.start >= tail {
+        let from = range.start.max(begun);
+        let wanted = if from >= tail {
             tail..length
         } else {
-            let start = range.start.saturating_sub(BEFORE_BYTES);
-            let start = if range.start < begun { range.start } else { start.max(begun) };
             // Up to what there is, if that is not far: more of the directories.
-            let next = pieces.iter().map(|piece| piece.start).filter(|next| *next > range.start);
+            let next = pieces.iter().map(|piece| piece.start).filter(|next| *next > from);
             let next = next.min().unwrap_or(range.end);
-            let gap = next.saturating_sub(range.end);
-            let is_near = gap <= (range.end - range.start).max(END_BYTES[0]);
-            start..if is_near { next } else { range.end }
+            let is_near = next.saturating_sub(range.end) <= (range.end - from).max(END_BYTES[0]);
+            from.saturating_sub(BEFORE_BYTES).max(begun)..if is_near { next } else { range.end }
         };
         let mut piece = Piece { start: wanted.start, bytes: self.fetch(wanted)? };
         while let Some(index) = pieces.iter().position(|next| next.start == piece.end()) {
             piece.bytes.append(&mut pieces.swap_remove(index).bytes);
+        }
+        if let Some(index) = pieces.iter().position(|before| before.end() == piece.start) {
+            let mut before = pieces.swap_remove(index);
+            before.bytes.append(&mut piece.bytes);
+            piece = before;
         }
         let bytes = piece.get(range).map(<[u8]>::to_vec);
         pieces.push(piece);
@@ -212,7 +215,8 @@ impl RemoteFile {
         bytes.map_or_else(|| self.fetch(range.clone()), Ok)
     }
 
-    /// Ends the opening: what was read for it and not asked for is let go.
+    /// Ends the opening: what was read for it is let go. Until then all that is read is
+    /// kept, for a reader that looks at parts of the start and the end several times.
     pub fn opened(&self) {
         *lock(&self.opening) = None;
     }

@@ -112,7 +112,13 @@ impl Requests {
             Version::of(meta).condition(&mut options, meta);
         }
         self.counters.requests.fetch_add(1, Ordering::Relaxed);
-        let answer = self.client.get_opts(&self.path, options).await.map_err(failure)?;
+        let answer = match self.client.get_opts(&self.path, options).await {
+            Ok(answer) => answer,
+            Err(error) if known.is_none() && is_past_end(&error) => {
+                return Err(Failure::Final(Error::Empty));
+            }
+            Err(error) => return Err(failure(error)),
+        };
         match known {
             Some(meta) if !Version::of(meta).is_of(&answer.meta) => {
                 return Err(Failure::Final(Error::Changed));
@@ -148,6 +154,18 @@ fn time_shares(bytes: u64) -> u32 {
     bytes.div_ceil(TIMED_BYTES).clamp(1, u32::MAX.into()) as u32
 }
 
+/// The status of a refused request. The client's own type for it is private; its text
+/// begins so.
+fn status(text: &str) -> Option<&str> {
+    text.split("status code: ").nth(1).and_then(|rest| rest.get(..3))
+}
+
+/// Whether a range begins behind the object's end.
+fn is_past_end(error: &object_store::Error) -> bool {
+    let text = error.to_string();
+    status(&text) == Some("416") || text.contains("starting at 0, but object was only 0 bytes long")
+}
+
 fn failure(error: object_store::Error) -> Failure {
     use object_store::Error as Store;
     let refusal = Refusal::of(&error);
@@ -159,9 +177,8 @@ fn failure(error: object_store::Error) -> Failure {
         }
         Store::NotSupported { .. } => Failure::Final(Error::NoRanges),
         error => {
-            // The client's own type for answers is private; its text begins so.
             let text = error.to_string();
-            let status = text.split("status code: ").nth(1).and_then(|rest| rest.get(..3));
+            let status = status(&text);
             let is_refused = status.is_some_and(|code| code.starts_with('4'))
                 && !matches!(status, Some("408" | "425" | "429"));
             match is_refused {

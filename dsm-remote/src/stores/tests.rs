@@ -72,6 +72,22 @@ fn the_start_and_the_end_come_with_two_requests() {
 }
 
 #[test]
+fn every_range_is_right_while_a_file_is_opened() {
+    for (seed, length) in [(1, 20_000), (2, 100_000), (3, 5_000_000)] {
+        let bytes = content(length, seed);
+        let (counting, store) = store(&bytes, Tells::Etag);
+        let file = RemoteFile::of_store(&store, PATH, &quick()).unwrap();
+        for step in 0..200_u64 {
+            let ends = [7919, 104_729].map(|factor| step * step * factor % length);
+            let range = ends[0].min(ends[1])..ends[0].max(ends[1]);
+            assert_eq!(file.read(range.clone()).unwrap(), part(&bytes, range.clone()), "{range:?}");
+        }
+        // Up to the size of the end that comes at once, two requests are all of it.
+        assert!(length > 64 << 10 || counting.asked().len() == 2);
+    }
+}
+
+#[test]
 fn small_files_come_with_one_request() {
     for length in [1, 100, 16 << 10] {
         let bytes = content(length, 2);
@@ -189,7 +205,7 @@ fn a_replacement_while_it_is_opened_is_told() {
 #[test]
 fn a_missing_object_and_an_empty_one_are_errors() {
     let (_, store) = store(&[], Tells::Etag);
-    assert!(RemoteFile::of_store(&store, PATH, &quick()).is_err());
+    assert!(matches!(RemoteFile::of_store(&store, PATH, &quick()), Err(Error::Empty)));
     let missing = RemoteFile::of_store(&store, "elsewhere", &quick());
     assert!(matches!(missing, Err(Error::NotFound(_))));
 }
