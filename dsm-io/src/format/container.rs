@@ -309,12 +309,10 @@ impl Container {
         for (index, _) in (0..).zip(self.sections()) {
             errors.extend(self.section(index).err());
         }
+        let mut wrong_tiles = self.check_tiles(&mut check_tile).into_iter().peekable();
         for ((index, level), directory) in (0..).zip(&self.levels).zip(&self.directories) {
             for (id, entry) in directory.iter() {
-                // Of an empty tile the directory says all, and was checked.
-                if !entry.is_empty() {
-                    errors.extend(check_tile(id).err());
-                }
+                errors.extend(wrong_tiles.next_if(|(of, _)| *of == id).map(|(_, error)| error));
                 if !entry.error.is_within(level.tolerance) {
                     let reason = "its error is more than the level's tolerance";
                     errors.push(Error::invalid(Place::Entry(id), reason));
@@ -342,6 +340,25 @@ fn open_source(path: &Path) -> Result<Box<dyn Source>> {
     } else {
         Box::new(MappedFile::open(path)?)
     })
+}
+
+impl Container {
+    /// Checks every tile in the order of the file, which sources that read ahead are
+    /// quickest in. What is wrong comes in the order of levels and rows.
+    fn check_tiles(
+        &self,
+        check_tile: &mut impl FnMut(TileId) -> Result<()>,
+    ) -> Vec<(TileId, Error)> {
+        let tiles = self.directories.iter().flat_map(TileDirectory::iter);
+        // Of an empty tile the directory says all, and was checked.
+        let stored = tiles.filter(|(_, entry)| !entry.is_empty());
+        let mut stored: Vec<_> = stored.map(|(id, entry)| (entry.offset, id)).collect();
+        stored.sort_unstable_by_key(|&(offset, _)| offset);
+        let wrong = stored.into_iter().filter_map(|(_, id)| Some((id, check_tile(id).err()?)));
+        let mut wrong: Vec<_> = wrong.collect();
+        wrong.sort_by_key(|(id, _)| (id.level, id.y, id.x));
+        wrong
+    }
 }
 
 fn read_sections(file: &dyn Source, prologue: &Prologue, limits: &Limits) -> Result<Vec<Section>> {

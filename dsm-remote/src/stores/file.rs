@@ -100,6 +100,12 @@ impl RemoteFile {
         Self::begin(connection, path, &key, options)
     }
 
+    /// Lets go what is at hand.
+    #[cfg(test)]
+    pub(super) fn forget(&self) {
+        *lock(&self.ahead) = ReadAhead::new(self.length(), self.options.read_ahead);
+    }
+
     /// Opens an object of a store that there is already.
     #[cfg(test)]
     pub(super) fn of_store(

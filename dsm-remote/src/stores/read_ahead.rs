@@ -11,8 +11,11 @@ use std::sync::Arc;
 
 use super::block::Block;
 
-/// Runs that are followed at once: threads that each go through a part of a file.
-const RUNS: usize = 8;
+/// Runs that are followed at once: threads that each go through a part of a file, and
+/// rows of tiles that a file has in another order.
+const RUNS: usize = 256;
+/// The most bytes that the runs have at hand together, but for the one used last.
+const HELD_BYTES: u64 = 32 << 20;
 
 /// Reads that follow each other.
 #[derive(Debug)]
@@ -77,16 +80,29 @@ impl ReadAhead {
                 fetch: Some(next),
             }
         };
-        self.runs.push_front(run);
+        self.put(run);
         plan
+    }
+
+    /// Puts a run in front, and lets those go that were not used for longest.
+    fn put(&mut self, run: Run) {
+        self.runs.push_front(run);
+        self.runs.truncate(RUNS);
+        let mut held = 0;
+        let fits = |run: &Run| {
+            let range = run.block.range();
+            held += range.end - range.start;
+            held <= HELD_BYTES
+        };
+        let kept = self.runs.iter().map(fits).take_while(|&fits| fits).count();
+        self.runs.truncate(kept.max(1));
     }
 
     fn begin(&mut self, range: &Range<u64>) -> Plan {
         let block = Arc::new(Block::new(range.clone()));
-        self.runs.truncate(RUNS - 1);
         let read = range.end - range.start;
         let run = Run { end: range.end, read, skipped: 0, block: Arc::clone(&block) };
-        self.runs.push_front(run);
+        self.put(run);
         Plan { blocks: vec![Arc::clone(&block)], fetch: Some(block) }
     }
 
@@ -153,9 +169,10 @@ mod tests {
     #[test]
     fn threads_that_scan_parts_each_have_their_run() {
         let mut file = ReadAhead::new(u64::MAX, 1 << 20);
+        const THREADS: u64 = 8;
         let (mut requests, mut bytes) = (0, 0);
         for step in 0..100_u64 {
-            for thread in 0..RUNS as u64 {
+            for thread in 0..THREADS {
                 let start = thread * (1 << 40) + step * 1000;
                 if let Some(range) = ask(&mut file, start..start + 1000) {
                     requests += 1;
@@ -163,8 +180,25 @@ mod tests {
                 }
             }
         }
-        assert!(requests < RUNS * 30, "{requests}");
-        assert!(bytes <= 100_000 * RUNS as u64 * 5 / 4, "{bytes}");
+        assert!(requests < THREADS * 30, "{requests}");
+        assert!(bytes <= 100_000 * THREADS * 5 / 4, "{bytes}");
+    }
+
+    #[test]
+    fn what_is_at_hand_is_bounded() {
+        let mut file = ReadAhead::new(u64::MAX, 4 << 20);
+        for index in 0..1000_u64 {
+            let range = index << 40..(index << 40) + (1 << 20);
+            ask(&mut file, range);
+            let held = file.runs.iter().map(|run| run.block.range().end - run.block.range().start);
+            assert!(held.sum::<u64>() <= HELD_BYTES);
+        }
+        ask(&mut file, 1 << 60..(1 << 60) + (64 << 20));
+        assert_eq!(file.runs.len(), 1);
+        for index in 0..1000_u64 {
+            ask(&mut file, index << 40..(index << 40) + 1);
+            assert!(file.runs.len() <= RUNS);
+        }
     }
 
     #[test]

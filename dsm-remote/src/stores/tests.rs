@@ -128,12 +128,7 @@ fn what_came_is_kept_when_an_answer_ends_early() {
         let expected: Vec<_> =
             expected.into_iter().filter(|range: &Range<u64>| !range.is_empty()).collect();
         assert_eq!(asked, expected, "{faults:?}");
-        // Another run, so that nothing is at hand.
-        file.read(250_000..250_001).unwrap();
-        for run in 0..8 {
-            file.read(260_000 + run * 10..260_001 + run * 10).unwrap();
-        }
-        counting.asked();
+        file.forget();
     }
 }
 
@@ -155,10 +150,7 @@ fn attempts_end() {
         // The next read asks again.
         assert_eq!(file.read(5000..6000).unwrap(), part(&bytes, 5000..6000));
         assert_eq!(counting.asked().len(), 1);
-        for run in 0..8 {
-            file.read(260_000 + run * 10..260_001 + run * 10).unwrap();
-        }
-        counting.asked();
+        file.forget();
     }
     // What will not pass is not tried again.
     counting.fail([Fault::Status(400)]);

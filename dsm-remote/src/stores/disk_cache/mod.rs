@@ -46,7 +46,19 @@ impl DiskCache {
         std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
         builder.create(folder).map_err(Error::io("make the folder of DEEPSHADOW_REMOTE_CACHE"))?;
         let (counted, adding) = (AtomicBool::new(false), Mutex::new(()));
-        Ok(Self { folder: folder.to_owned(), budget, counted, adding })
+        let cache = Self { folder: folder.to_owned(), budget, counted, adding };
+        // Another process may have had more room; what cannot be let go now is later.
+        drop(cache.keep_to_budget());
+        Ok(cache)
+    }
+
+    fn keep_to_budget(&self) -> std::io::Result<()> {
+        let Some(mut lock) = self.lock()? else { return Ok(()) };
+        if read_total(&mut lock).is_some_and(|total| total > self.budget) {
+            let total = self.make_room(0)?;
+            write_total(&mut lock, total)?;
+        }
+        Ok(())
     }
 
     /// The bytes of a range of `key`'s file, if they are there and whole.
@@ -211,6 +223,7 @@ mod tests {
         assert_eq!(cache.get("f", &(0..30_000)), None);
         // Another process with another budget finds what is there.
         let smaller = DiskCache::open(folder.path(), 5_000).unwrap();
+        assert!(bytes_in(folder.path()) <= 5_000);
         smaller.put("g", &(0..1000), &content(7));
         assert!(bytes_in(folder.path()) <= 5_000);
         assert_eq!(smaller.get("g", &(0..1000)), Some(content(7)));
