@@ -21,6 +21,7 @@ mod values;
 
 pub use dsm_core as visibility;
 pub use dsm_io as files;
+pub use dsm_io::dsm_remote::RemoteOptions;
 pub use dsm_scene as scene;
 pub use glam;
 

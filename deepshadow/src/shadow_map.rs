@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use dsm_core::{MapInfo, Progress};
 use dsm_io::detail::{AnyDeepMap, Container, ErasedMap, Level, TileRect, check_bound};
+use dsm_io::dsm_remote::is_url;
 use dsm_io::{
     Error as FileError, Limits, MapReader, MapSource, MapSummary, Metadata, PixelContents,
 };
@@ -55,7 +56,10 @@ pub struct ShadowMap {
 }
 
 impl ShadowMap {
-    /// Opens a map with a tile cache of its own; [`OpenOptions::open`] shares one.
+    /// Opens a map with a tile cache of its own; [`OpenOptions::open`] shares one. A path
+    /// may be an address in an object store, such as `s3://maps/key.dsm` (S3, GCS, Azure,
+    /// HTTP), in a build with the feature `remote`: its tiles come when they are read
+    /// ([`RemoteOptions`](crate::RemoteOptions)).
     ///
     /// # Errors
     ///
@@ -65,10 +69,11 @@ impl ShadowMap {
     }
 
     fn open_with(path: &Path, options: &OpenOptions) -> Result<Self> {
-        let container = if options.is_mapped {
-            Container::open_mapped(path, &options.limits)?
-        } else {
-            Container::open(path, &options.limits)?
+        let limits = &options.limits;
+        let container = match &options.remote {
+            Some(remote) if is_url(path) => Container::open_remote(path, remote, limits)?,
+            _ if options.is_mapped => Container::open_mapped(path, limits)?,
+            _ => Container::open(path, limits)?,
         };
         let found = container.kind().map_err(|error| error.in_file(container.path()))?;
         let Some(kind) = Kind::named(&found) else {

@@ -100,6 +100,18 @@ pub enum Error {
         /// Bytes that it takes at the largest tolerance that is tried.
         least: u64,
     },
+    /// A file in an object store that could not be read or written.
+    #[error(transparent)]
+    Remote(#[from] dsm_remote::Error),
+    /// A finished file that did not reach its store. It is not lost.
+    #[error("cannot send it to its store; the finished file is kept as {}", kept.display())]
+    NotSent {
+        /// The finished file on this machine.
+        kept: std::path::PathBuf,
+        /// What the store, or the way to it, refused.
+        #[source]
+        error: dsm_remote::Error,
+    },
     /// Not a file of this format.
     #[error("not a .dsm file of this format: {0}")]
     NotDsm(&'static str),
@@ -285,7 +297,7 @@ impl Error {
     }
 
     /// The error with the file's name, unless it has one already or there is
-    /// no file.
+    /// no file. Addresses are named without what may be secret in them.
     ///
     /// ```
     /// use dsm_io::Error;
@@ -297,7 +309,7 @@ impl Error {
     pub fn in_file<'a>(self, path: impl Into<Option<&'a Path>>) -> Self {
         match (self, path.into()) {
             (error @ Self::File(_), _) | (error, None) => error,
-            (error, Some(path)) => Self::File(InFile::new(path, error)),
+            (error, Some(path)) => Self::File(InFile::new(&dsm_remote::shown(path), error)),
         }
     }
 }

@@ -39,6 +39,9 @@ mod worst_pixel;
 mod write_options;
 mod writer;
 
+/// Files in object stores, whose options a reader may set.
+pub use dsm_remote;
+
 /// Deep OpenEXR images, whose types the options of an export and the readers
 /// of [`MapSource`] are.
 pub use deep_exr;
@@ -114,7 +117,10 @@ pub mod detail {
         },
         row_order::RowOrder,
         section_kind::SectionKind,
-        source::{Source, mapped::MappedFile, memory::Memory, ranges::FileRanges},
+        source::{
+            Source, file_length, mapped::MappedFile, memory::Memory, ranges::FileRanges,
+            remote::RemoteSource,
+        },
         tile::Tile,
         tile_id::{TileId, TileRect},
         worst_pixel::WorstPixel,

@@ -112,7 +112,7 @@ def cargo(*arguments):
 
 
 def problems():
-    packages = json.loads(cargo("metadata", "--locked", "--format-version", "1"))["packages"]
+    packages = json.loads(cargo("metadata", "--locked", "--all-features", "--format-version", "1"))["packages"]
     yield from licence_problems(packages)
     manifest = tomllib.loads((ROOT / "Cargo.toml").read_text())
     architecture = (ROOT / "docs" / "ARCHITECTURE.md").read_text()

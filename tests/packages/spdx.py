@@ -2,7 +2,8 @@
 
 import re
 
-# Licences that ask for no more than notices. The last three are of fonts and of Unicode's tables.
+# Licences that ask for no more than notices. The last four are of fonts, of Unicode's tables and of the
+# certificates of authorities, which are data.
 ALLOWED = {
     "0BSD",
     "Apache-2.0",
@@ -17,6 +18,7 @@ ALLOWED = {
     "OFL-1.1",
     "Ubuntu-font-1.0",
     "Unicode-3.0",
+    "CDLA-Permissive-2.0",
 }
 
 

@@ -30,7 +30,9 @@ pub(crate) struct Map {
 /// --
 ///
 /// Opens a map (.dsm) of any kind. cache: a TileCache that maps share; else it has one of
-/// its own, of at most 1 GiB. Cost: a few reads, whatever its size.
+/// its own, of at most 1 GiB. Cost: a few reads, whatever its size. path may be an address in
+/// an object store ("s3://maps/key.dsm"), as a str, if the package was built with the feature
+/// remote.
 ///
 /// Raises FileError with the file and the place in it.
 #[pyfunction]

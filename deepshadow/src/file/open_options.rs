@@ -4,6 +4,7 @@ use dsm_io::Limits;
 #[cfg(doc)]
 use dsm_io::detail::Container;
 use dsm_io::detail::TileCache;
+use dsm_io::dsm_remote::RemoteOptions;
 
 /// Bytes of tiles that are kept at hand unless another budget is set: the tiles of
 /// large maps come and go, and small ones stay whole.
@@ -25,13 +26,20 @@ pub struct OpenOptions {
     pub(crate) cache: TileCache,
     pub(crate) limits: Limits,
     pub(crate) is_mapped: bool,
+    /// Of addresses; those of the environment if none were set.
+    pub(crate) remote: Option<RemoteOptions>,
 }
 
 impl OpenOptions {
     /// A tile cache of 1 GiB, and the usual limits.
     #[must_use]
     pub fn new() -> Self {
-        Self { cache: TileCache::new(TILE_BYTES), limits: Limits::default(), is_mapped: false }
+        Self {
+            cache: TileCache::new(TILE_BYTES),
+            limits: Limits::default(),
+            is_mapped: false,
+            remote: None,
+        }
     }
 
     /// A new tile cache that keeps at most so many bytes, for all maps that are
@@ -58,6 +66,13 @@ impl OpenOptions {
     #[must_use]
     pub fn with_mapping(self, is_mapped: bool) -> Self {
         Self { is_mapped, ..self }
+    }
+
+    /// Sets how maps in object stores are read: how patiently, and with which cache on
+    /// the local disk. Unless set, the environment says.
+    #[must_use]
+    pub fn with_remote(self, remote: RemoteOptions) -> Self {
+        Self { remote: Some(remote), ..self }
     }
 
     /// The tile cache, whose statistics tell hits and misses.

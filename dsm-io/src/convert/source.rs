@@ -19,6 +19,8 @@ use crate::limits::Limits;
 use crate::metadata::Metadata;
 use crate::reader::MapReader;
 use crate::region::Region;
+use crate::source::Source;
+use crate::source::remote::RemoteSource;
 use crate::tile_id::TileRect;
 
 /// A file whose pixels are, or can be made, visibility functions: what
@@ -49,6 +51,9 @@ impl MapSource {
     /// from a `.dsm`.
     pub fn open(path: &Path, selection: impl Into<Selection>, limits: &Limits) -> Result<Self> {
         let selection = selection.into();
+        if dsm_remote::is_url(path) {
+            return Self::open_remote(path, selection, limits);
+        }
         // A pipe has no length to hold its contents to, and may never answer.
         let file =
             std::fs::metadata(path).map_err(|error| Error::io("open")(error).in_file(path))?;
@@ -60,15 +65,36 @@ impl MapSource {
                 .map_err(|error| Error::from(error).in_file(path))?;
             Ok(Self::Image(Box::new(reader)))
         } else {
-            let map = MapReader::open(path, limits)?;
-            check_limit("pixels", map.levels()[0].pixel_count(), limits.max_pixels)
-                .map_err(|error| error.in_file(path))?;
-            if selection != Selection::default() {
-                let reason = "a .dsm file has no parts, layers or channels to choose from";
-                return Err(Error::setting(reason));
-            }
-            Ok(Self::Map(Box::new(map)))
+            Self::of_map(MapReader::open(path, limits)?, &selection, limits)
         }
+    }
+
+    /// Opens the file at an address of an object store: a map by ranges, an image whole.
+    fn open_remote(address: &Path, selection: Selection, limits: &Limits) -> Result<Self> {
+        let in_file = |error: Error| error.in_file(address);
+        let source = RemoteSource::open(address).map_err(in_file)?;
+        let length = source.length();
+        let start = source.read(0..length.min(OPENEXR.len() as u64)).map_err(in_file)?;
+        if *start != OPENEXR {
+            return Self::of_map(MapReader::open(address, limits)?, &selection, limits);
+        }
+        check_limit("bytes of a file in memory", length, limits.max_in_memory_bytes)
+            .map_err(in_file)?;
+        // Nothing but this is wanted of it.
+        source.opened();
+        let bytes = source.read(0..length).map_err(in_file)?.into_owned();
+        let reader = DeepExrReader::from_bytes(bytes, selection, &limits.images);
+        Ok(Self::Image(Box::new(reader.map_err(|error| in_file(error.into()))?)))
+    }
+
+    fn of_map(map: MapReader, selection: &Selection, limits: &Limits) -> Result<Self> {
+        let pixels = map.levels()[0].pixel_count();
+        map.container.in_file(check_limit("pixels", pixels, limits.max_pixels))?;
+        if *selection != Selection::default() {
+            let reason = "a .dsm file has no parts, layers or channels to choose from";
+            return Err(Error::setting(reason));
+        }
+        Ok(Self::Map(Box::new(map)))
     }
 
     /// 1, or 3 for coloured files.
@@ -219,12 +245,15 @@ fn picture_attributes(header: &Header) -> impl Iterator<Item = (String, Attribut
     .flatten()
 }
 
+/// What an OpenEXR file begins with.
+const OPENEXR: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+
 fn is_openexr(path: &Path) -> Result<bool> {
     use std::io::Read;
 
     let mut start = Vec::new();
     std::fs::File::open(path)
-        .and_then(|file| file.take(4).read_to_end(&mut start))
+        .and_then(|file| file.take(OPENEXR.len() as u64).read_to_end(&mut start))
         .map_err(|error| Error::io("open")(error).in_file(path))?;
-    Ok(start == [0x76, 0x2f, 0x31, 0x01])
+    Ok(start == OPENEXR)
 }

@@ -5,9 +5,11 @@ use std::fs::{File, Metadata, TryLockError};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use tempfile::NamedTempFile;
+use dsm_remote::RemoteOptions;
+use tempfile::{NamedTempFile, TempPath};
 
 use crate::error::{Error, Result};
+use crate::source::remote::text;
 
 /// What a file system's file can do, so that tests can have one that fails.
 pub(super) trait OutputFile: Write + Seek + Send {
@@ -22,7 +24,8 @@ impl OutputFile for File {
 }
 
 /// Collects bytes in a temporary file beside `path`; only [`Self::commit`]
-/// puts it there. Dropped before, it leaves no trace.
+/// puts it there. Dropped before, it leaves no trace. Of an address of an object
+/// store the file is a temporary one of the system, and `commit` sends it.
 ///
 /// A process that is killed leaves its temporary file. Whoever writes holds a
 /// lock on theirs, which ends with the process: what nobody holds is removed
@@ -48,8 +51,7 @@ impl AtomicFile {
         path: &Path,
         wrap: impl FnOnce(File) -> Box<dyn OutputFile>,
     ) -> Result<Self> {
-        let created = follow_links(path).and_then(|target| {
-            let temporary = create_beside(&target)?;
+        let created = target_of(path).and_then(|(target, temporary)| {
             let (file, temporary_path) = temporary.into_parts();
             let temporary = NamedTempFile::from_parts(wrap(file), temporary_path);
             let file = BufWriter::with_capacity(BUFFER_BYTES, temporary);
@@ -82,6 +84,9 @@ impl AtomicFile {
         self.file.write_all(start).map_err(Error::io("write"))?;
         let mut temporary =
             self.file.into_inner().map_err(|error| Error::io("write")(error.into_error()))?;
+        if dsm_remote::is_url(&self.target) {
+            return send(temporary.into_temp_path(), &self.target);
+        }
         keep_permissions(&self.target, temporary.path())?;
         temporary.as_file_mut().sync().map_err(Error::io("write to the disk"))?;
         temporary
@@ -138,6 +143,37 @@ pub fn replace_file(path: &Path, bytes: &[u8]) -> Result<()> {
 /// ```
 pub fn check_output(path: &Path) -> Result<()> {
     AtomicFile::create(path).map(drop)
+}
+
+/// Where a path leads, and a temporary file for what is to stand there.
+fn target_of(path: &Path) -> Result<(PathBuf, NamedTempFile)> {
+    if dsm_remote::is_url(path) {
+        dsm_remote::check_address(text(path)?, &RemoteOptions::from_env()?)?;
+        let mut builder = tempfile::Builder::new();
+        let temporary = builder.prefix("deepshadow.").suffix(UNSENT).tempfile();
+        let temporary = temporary.map_err(Error::io("create a temporary file"))?;
+        return Ok((path.to_owned(), temporary));
+    }
+    let target = follow_links(path)?;
+    let temporary = create_beside(&target)?;
+    Ok((target, temporary))
+}
+
+/// What follows the name of a file that is to be sent.
+const UNSENT: &str = ".unsent";
+
+/// Sends a finished file to an address. One that does not arrive is kept: what made it
+/// may have taken hours.
+fn send(temporary: TempPath, address: &Path) -> Result<()> {
+    let options = RemoteOptions::from_env()?;
+    let mut file = File::open(&temporary).map_err(Error::io("read the finished file"))?;
+    match dsm_remote::upload(&mut file, text(address)?, &options) {
+        Ok(()) => Ok(()),
+        Err(error) => match temporary.keep() {
+            Ok(kept) => Err(Error::NotSent { kept, error }),
+            Err(_) => Err(error.into()),
+        },
+    }
 }
 
 /// How many symbolic links may lead to each other; as many as Linux follows.

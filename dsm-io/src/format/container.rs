@@ -17,6 +17,7 @@ use crate::source::Source;
 use crate::source::mapped::MappedFile;
 use crate::source::memory::Memory;
 use crate::source::ranges::FileRanges;
+use crate::source::remote::RemoteSource;
 use crate::tile_id::{TileId, TileRect};
 
 /// An open `.dsm` file of any kind of map.
@@ -56,18 +57,24 @@ pub struct Container {
 }
 
 impl Container {
-    /// Opens a file, whose tiles are read as they are asked for, each into memory of
-    /// its own. Somebody who writes to the file or cuts it meanwhile causes errors,
-    /// and nothing worse.
+    /// Opens a file, or the one at an address such as `s3://maps/key.dsm`
+    /// ([`dsm_remote`]). Its tiles are read as they are asked for, each into memory of
+    /// its own: somebody who writes to the file or cuts it meanwhile causes errors, and
+    /// nothing worse.
     ///
     /// # Errors
     ///
     /// [`Error::File`], naming the file, with what is wrong with it.
     pub fn open(path: impl AsRef<Path>, limits: &Limits) -> Result<Self> {
-        Self::open_as(path.as_ref(), FileRanges::open, limits)
+        let path = path.as_ref();
+        if dsm_remote::is_url(path) {
+            return Self::open_as(path, RemoteSource::open, limits);
+        }
+        Self::open_as(path, FileRanges::open, limits)
     }
 
-    /// Maps a file into memory: plain tiles are used where they lie, without a copy.
+    /// Maps a file into memory: plain tiles are used where they lie, without a copy. An
+    /// address is opened as by [`Self::open`].
     ///
     /// Only for files that nobody changes while they are mapped. Who cuts one makes
     /// the operating system end this process (SIGBUS); of one that is written to, what
@@ -78,7 +85,11 @@ impl Container {
     ///
     /// As [`Self::open`].
     pub fn open_mapped(path: impl AsRef<Path>, limits: &Limits) -> Result<Self> {
-        Self::open_as(path.as_ref(), MappedFile::open, limits)
+        let path = path.as_ref();
+        if dsm_remote::is_url(path) {
+            return Self::open(path, limits);
+        }
+        Self::open_as(path, MappedFile::open, limits)
     }
 
     fn open_as<S: Source + 'static>(
@@ -91,14 +102,35 @@ impl Container {
             .map_err(|error| error.in_file(Some(path)))
     }
 
+    /// Opens the file at an address of an object store, with these options.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::open`].
+    pub fn open_remote(
+        address: impl AsRef<Path>,
+        options: &dsm_remote::RemoteOptions,
+        limits: &Limits,
+    ) -> Result<Self> {
+        let address = address.as_ref();
+        RemoteSource::open_with(address, options)
+            .and_then(|source| Self::read(Box::new(source), Some(address), limits))
+            .map_err(|error| error.in_file(Some(address)))
+    }
+
     /// Reads a whole file into memory.
     ///
     /// # Errors
     ///
     /// As [`Self::open`].
     pub fn open_in_memory(path: impl AsRef<Path>, limits: &Limits) -> Result<Self> {
+        let path = path.as_ref();
+        if dsm_remote::is_url(path) {
+            // Nothing shortens what is opened there: a replaced one is an error.
+            return Self::open(path, limits);
+        }
         let read = |path: &Path| Memory::read(path, limits.max_in_memory_bytes);
-        Self::open_as(path.as_ref(), read, limits)
+        Self::open_as(path, read, limits)
     }
 
     /// Opens a file that `source` holds.
@@ -134,6 +166,7 @@ impl Container {
                 .map(|(id, entry)| (entry.extent(), Place::Entry(id))),
         );
         check_cover(extents, prologue.file_length)?;
+        source.opened();
         let path = path.map(Path::to_owned);
         let minor = prologue.minor;
         Ok(Self { path, minor, sections, metadata, levels, directories, source })
@@ -153,6 +186,13 @@ impl Container {
     #[must_use]
     pub fn path(&self) -> Option<&Path> {
         self.path.as_deref()
+    }
+
+    /// What a user should know of how far the file's bytes can be relied on, if
+    /// anything: one sentence without a full stop.
+    #[must_use]
+    pub fn remark(&self) -> Option<&str> {
+        self.source.remark()
     }
 
     /// The file's major and minor version.
@@ -296,12 +336,10 @@ impl Container {
         for (index, _) in (0..).zip(self.sections()) {
             errors.extend(self.section(index).err());
         }
+        let mut wrong_tiles = self.check_tiles(&mut check_tile).into_iter().peekable();
         for ((index, level), directory) in (0..).zip(&self.levels).zip(&self.directories) {
             for (id, entry) in directory.iter() {
-                // Of an empty tile the directory says all, and was checked.
-                if !entry.is_empty() {
-                    errors.extend(check_tile(id).err());
-                }
+                errors.extend(wrong_tiles.next_if(|(of, _)| *of == id).map(|(_, error)| error));
                 if !entry.error.is_within(level.tolerance) {
                     let reason = "its error is more than the level's tolerance";
                     errors.push(Error::invalid(Place::Entry(id), reason));
@@ -319,6 +357,23 @@ impl Container {
             errors.push(Error::invalid(Place::Level(0), reason));
         }
         errors.into_iter().map(|error| error.in_file(self.path())).collect()
+    }
+
+    /// Checks every tile in the order of the file, which sources that read ahead are
+    /// quickest in. What is wrong comes in the order of levels and rows.
+    fn check_tiles(
+        &self,
+        check_tile: &mut impl FnMut(TileId) -> Result<()>,
+    ) -> Vec<(TileId, Error)> {
+        let tiles = self.directories.iter().flat_map(TileDirectory::iter);
+        // Of an empty tile the directory says all, and was checked.
+        let stored = tiles.filter(|(_, entry)| !entry.is_empty());
+        let mut stored: Vec<_> = stored.map(|(id, entry)| (entry.offset, id)).collect();
+        stored.sort_unstable_by_key(|&(offset, _)| offset);
+        let wrong = stored.into_iter().filter_map(|(_, id)| Some((id, check_tile(id).err()?)));
+        let mut wrong: Vec<_> = wrong.collect();
+        wrong.sort_by_key(|(id, _)| (id.level, id.y, id.x));
+        wrong
     }
 }
 

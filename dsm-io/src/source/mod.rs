@@ -3,6 +3,7 @@
 pub(crate) mod mapped;
 pub(crate) mod memory;
 pub(crate) mod ranges;
+pub(crate) mod remote;
 
 use std::borrow::Cow;
 use std::fmt::Debug;
@@ -52,6 +53,30 @@ pub trait Source: Debug + Send + Sync {
     ///
     /// Whatever keeps them from being read.
     fn read(&self, range: Range<u64>) -> Result<Cow<'_, [u8]>>;
+
+    /// Ends the opening: the prologue, the sections and the directories were read. A
+    /// source that fetched more for them may let it go. Nothing by default.
+    fn opened(&self) {}
+
+    /// What a user should know of how far the bytes can be relied on: one sentence
+    /// without a full stop. None by default.
+    fn remark(&self) -> Option<&str> {
+        None
+    }
+}
+
+/// Length in bytes of the file that a path or an address names.
+///
+/// # Errors
+///
+/// [`Error::File`] if there is none.
+pub fn file_length(path: &Path) -> Result<u64> {
+    let length = if dsm_remote::is_url(path) {
+        remote::RemoteSource::open(path).map(|source| source.length())
+    } else {
+        path.metadata().map(|metadata| metadata.len()).map_err(Error::io("open"))
+    };
+    length.map_err(|error| error.in_file(path))
 }
 
 /// A range of bytes in memory.

@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result};
 use deepshadow::ShadowMap;
+use deepshadow::files::detail::file_length;
 use deepshadow::files::{
     ExportOptions, ExportReport, Limits, MapSource, convert, convert_to_size, export_deep_exr,
 };
@@ -88,7 +89,7 @@ pub(crate) fn run(request: &Convert) -> Result<()> {
         width,
         height,
         channels,
-        bytes: output.metadata().map_or(0, |metadata| metadata.len()),
+        bytes: file_length(output).unwrap_or(0),
         details,
         notes,
         summary: channels_name(channels).to_owned(),

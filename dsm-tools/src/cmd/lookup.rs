@@ -74,6 +74,7 @@ pub(crate) fn run(request: &Lookup) -> Result<()> {
             warnings.add(format!("the map holds nothing: it is {}", empty_is(map.kind())));
         }
         warnings.extend(seen.warning());
+        warnings.extend(map.container().remark());
         if let Method::Filter(_) = method {
             warnings.extend(wide_light::of_map(&map)?);
         }

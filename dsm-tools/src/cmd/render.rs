@@ -204,6 +204,7 @@ impl RenderJob<'_> {
                         let map = ShadowMap::open(path)?;
                         let view = map.view()?;
                         warnings.extend(self.unlike(&map, path)?);
+                        warnings.extend(map.container().remark());
                         seen = InMap::new(view);
                         map
                     }

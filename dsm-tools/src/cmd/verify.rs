@@ -5,6 +5,7 @@ use std::path::Path;
 
 use anyhow::{Result, bail};
 use deepshadow::ShadowMap;
+use deepshadow::files::dsm_remote::shown;
 use deepshadow::files::{Error, Limits, MapSource};
 use serde::Serialize;
 
@@ -36,6 +37,9 @@ struct FileOutcome {
     /// What it is if it holds nothing.
     #[serde(skip)]
     empty: Option<&'static str>,
+    /// What its source cannot tell.
+    #[serde(skip)]
+    remark: Option<String>,
 }
 
 pub(crate) fn run(request: &Verify) -> Result<()> {
@@ -43,8 +47,9 @@ pub(crate) fn run(request: &Verify) -> Result<()> {
         Ok(request.files.iter().map(|path| check(path, request)).collect())
     })?;
     let mut warnings = Warnings::new(request.strict);
-    for FileOutcome { path, empty, .. } in &files {
+    for FileOutcome { path, empty, remark, .. } in &files {
         warnings.extend(empty.map(|is| format!("{path}: the map holds nothing: it is {is}")));
+        warnings.extend(remark.as_ref().map(|remark| format!("{path}: {remark}")));
     }
     let outcome = Outcome { ok: files.iter().all(|file| file.ok), files, warnings };
     let printed = print(&outcome, request.json);
@@ -70,7 +75,8 @@ fn check(path: &Path, request: &Verify) -> FileOutcome {
         errors: vec![whole_message(error)],
         ..FileOutcome::default()
     });
-    FileOutcome { path: path.display().to_string(), ok: found.errors.is_empty(), ..found }
+    let path = shown(path).display().to_string();
+    FileOutcome { path, ok: found.errors.is_empty(), ..found }
 }
 
 /// What is wrong with a map, and what one that is sound states. Only that is held to
@@ -81,7 +87,8 @@ fn open_and_check(path: &Path, request: &Verify) -> deepshadow::detail::Result<F
     if let (Some(source), true) = (&request.against, errors.is_empty()) {
         errors.extend(check_against(&map, source, request).err());
     }
-    let mut found = FileOutcome { errors, ..FileOutcome::default() };
+    let remark = map.container().remark().map(str::to_owned);
+    let mut found = FileOutcome { errors, remark, ..FileOutcome::default() };
     if found.errors.is_empty() {
         found.stated = map.stated_errors()?.into_iter().map(StatedReport::from).collect();
         found.notes.extend(limit::of_map(&map)?);

@@ -4,12 +4,15 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::{Arc, Mutex};
 
+use dsm_core::detail::InFile;
 use dsm_core::{
     DeepMap, Filter, FilterShape, Footprint, MapInfo, PixelListsBuilder, Receiver, Vertex,
     filtered_lookup,
 };
 use dsm_io::detail::{Container, Result, Source, TileCache, TileId};
-use dsm_io::{AchievedError, Error, Limits, MapReader, Metadata, Packing, WriteOptions, write_map};
+use dsm_io::{
+    AchievedError, Error, Limits, MapReader, MapSource, Metadata, Packing, WriteOptions, write_map,
+};
 
 /// Hands out copies of ranges, keeps a list of them, and none longer than it may.
 #[derive(Clone, Debug)]
@@ -17,11 +20,13 @@ struct Store {
     bytes: Arc<Vec<u8>>,
     most: u64,
     asked: Arc<Mutex<Vec<Range<u64>>>>,
+    /// How many ranges had been asked for when the file was said to be open.
+    opened: Arc<Mutex<Vec<usize>>>,
 }
 
 impl Store {
     fn new(bytes: Vec<u8>, most: u64) -> Self {
-        Self { bytes: Arc::new(bytes), most, asked: Arc::default() }
+        Self { bytes: Arc::new(bytes), most, asked: Arc::default(), opened: Arc::default() }
     }
 
     /// What was asked for since the last time.
@@ -46,6 +51,14 @@ impl Source for Store {
         }
         self.asked.lock().unwrap().push(range.clone());
         Ok(Cow::Owned(self.bytes[range.start as usize..range.end as usize].to_vec()))
+    }
+
+    fn opened(&self) {
+        self.opened.lock().unwrap().push(self.asked.lock().unwrap().len());
+    }
+
+    fn remark(&self) -> Option<&str> {
+        Some("a store of a test")
     }
 }
 
@@ -80,6 +93,8 @@ fn opening_reads_what_stands_around_the_tiles() {
         // Prologue, section table, levels, directory, metadata: one range each, and
         // nothing of a tile.
         assert_eq!(asked.len(), 5, "{asked:?}");
+        assert_eq!(*store.opened.lock().unwrap(), [5]);
+        assert_eq!(reader.container().remark(), Some("a store of a test"));
         let tiles = || reader.directory(0).unwrap().iter().map(|(_, entry)| *entry);
         for range in &asked {
             let touches = |offset: u64, length| offset < range.end && range.start < offset + length;
@@ -136,4 +151,28 @@ fn what_a_source_says_is_what_callers_hear() {
 
     let refused = Container::from_source(Short(file(Packing::Plain)), &Limits::default());
     assert!(matches!(refused, Err(Error::Truncated { .. })), "{refused:?}");
+}
+
+#[test]
+fn addresses_are_no_paths_and_their_secrets_are_not_shown() {
+    let limits = Limits::default();
+    for address in ["https://me:hidden@127.0.0.1:1/map.dsm", "s3://maps/map.dsm?sig=hidden"] {
+        let metadata = Metadata::new(64, 64, 1, MapInfo::default());
+        let (none, options) = (AchievedError::NONE, WriteOptions::default());
+        for error in [
+            MapReader::open(address, &limits).map(drop).unwrap_err(),
+            MapReader::open_in_memory(address, &limits).map(drop).unwrap_err(),
+            MapSource::open(address.as_ref(), None, &limits).map(drop).unwrap_err(),
+            write_map(address, metadata, &map(), none, options).map(drop).unwrap_err(),
+        ] {
+            let shown = error.to_string();
+            assert!(shown.contains("://") && shown.contains("map.dsm: "), "{shown}");
+            assert!(!format!("{error:?} {shown}").contains("hidden"), "{shown}");
+            let Error::File(InFile { error, .. }) = error else { panic!("{error}") };
+            assert!(matches!(*error, Error::Remote(_)), "{error}");
+        }
+    }
+    // One slash fewer is a folder of that name, where there is nothing.
+    let error = MapReader::open("s3:/maps/map.dsm", &limits).unwrap_err();
+    assert_eq!(error.to_string(), "s3:/maps/map.dsm: cannot open");
 }
