@@ -1,6 +1,6 @@
 //! `inspect`: what a map says of itself, and what is in it.
 
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, StdoutLock, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
@@ -9,37 +9,77 @@ use deepshadow::files::detail::AnyDeepMap;
 use deepshadow::files::detail::{Level, TileRect, replace_file};
 use deepshadow::visibility::detail::VisibilityView;
 use deepshadow::visibility::{DeepMap, Transmittance};
+use serde::Serialize;
 
 use crate::args::{ImageFile, ImageFormat, Inspect, SliceFile};
-use crate::output::plot;
+use crate::input::{Input, STREAM};
+use crate::openable::{Openable, is_openexr};
+use crate::output::image_summary::ImageSummary;
 use crate::output::slice::Slice;
 use crate::output::summary::{PixelSummary, Summary};
+use crate::output::{plot, printable};
+use crate::page::Page;
 
 pub(crate) fn run(request: &Inspect) -> Result<()> {
-    let map = ShadowMap::open(&request.file)?;
+    let input = Input::new(&request.file)?;
+    if is_openexr(input.path()) {
+        return run_image(&input, request);
+    }
+    let map = ShadowMap::open(input.path())?;
     let mut summary = Summary::new(&map)?;
     if let Some(pixel) = request.pixel {
-        summary.pixel = Some(inspect_pixel(&map, pixel, request)?);
+        summary.pixel = Some(inspect_pixel(&map, pixel, input.name(), request)?);
     }
+    draw(&map, input.name(), request)?;
+    print(request, &summary, |output| summary.write_text(output))
+}
+
+/// Shows an image: what it has itself, and pictures of the map that is made of it.
+fn run_image(input: &Input, request: &Inspect) -> Result<()> {
+    let summary = ImageSummary::new(input.path(), request.pixel)?;
+    if request.plot.is_some() || request.slice.is_some() || request.html.is_some() {
+        let made = Openable::open(input.path())?;
+        if let Some(pixel) = request.pixel {
+            inspect_pixel(made.map(), pixel, input.name(), request)?;
+        }
+        draw(made.map(), input.name(), request)?;
+    }
+    print(request, &summary, |output| summary.write_text(output))
+}
+
+/// The slice and the page, if they are asked for.
+fn draw(map: &ShadowMap, name: &str, request: &Inspect) -> Result<()> {
     if let Some(file) = &request.slice {
         let [width, height] = map.size();
         let whole = TileRect { x: 0, y: 0, width, height };
-        match functions(&map, 0, whole)? {
+        match functions(map, 0, whole)? {
             AnyDeepMap::Mono(map) => write_slice(&map, file),
             AnyDeepMap::Rgb(map) => write_slice(&map, file),
         }?;
     }
-    print(&summary, request)
+    if let Some(file) = &request.html {
+        let maps = vec![(name.to_owned(), map)];
+        Page { maps, difference: None, limit: request.max_size }.write(file)?;
+    }
+    Ok(())
 }
 
-fn print(summary: &Summary<'_>, request: &Inspect) -> Result<()> {
+fn print(
+    request: &Inspect,
+    summary: &impl Serialize,
+    text: impl FnOnce(&mut BufWriter<StdoutLock<'static>>) -> io::Result<()>,
+) -> Result<()> {
+    // The page is what stdout has.
+    if request.html.as_deref().is_some_and(|file| file.as_os_str() == STREAM) {
+        return Ok(());
+    }
     let mut output = BufWriter::new(io::stdout().lock());
     if request.json {
         serde_json::to_writer(&mut output, summary).map_err(io::Error::from)?;
         writeln!(output)?;
     } else {
-        writeln!(output, "{}", request.file.display())?;
-        summary.write_text(&mut output)?;
+        writeln!(output, "{}", printable(&request.file.to_string_lossy()))?;
+        text(&mut output)?;
     }
     Ok(output.flush()?)
 }
@@ -53,7 +93,12 @@ fn functions(map: &ShadowMap, level: u32, rect: TileRect) -> Result<AnyDeepMap> 
 }
 
 /// What is stored of a pixel, and its function plotted if that is asked.
-fn inspect_pixel(map: &ShadowMap, [x, y]: [u32; 2], request: &Inspect) -> Result<PixelSummary> {
+fn inspect_pixel(
+    map: &ShadowMap,
+    [x, y]: [u32; 2],
+    name: &str,
+    request: &Inspect,
+) -> Result<PixelSummary> {
     let index = request.level;
     let level = level(map, index)?;
     if x >= level.width || y >= level.height {
@@ -63,7 +108,6 @@ fn inspect_pixel(map: &ShadowMap, [x, y]: [u32; 2], request: &Inspect) -> Result
     }
     if let Some(file) = &request.plot {
         let pixel = TileRect { x, y, width: 1, height: 1 };
-        let name = request.file.file_name().unwrap_or_default().to_string_lossy();
         let of_level = if index == 0 { String::new() } else { format!(" of level {index}") };
         let title = |vertices| format!("{name}, pixel ({x}, {y}){of_level}, {vertices} vertices");
         match functions(map, index, pixel)? {

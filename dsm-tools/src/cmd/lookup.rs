@@ -14,6 +14,7 @@ use serde::Serialize;
 
 use crate::args::{Lookup, Space};
 use crate::in_map::{InMap, empty_is, is_empty, is_part};
+use crate::input::STREAM;
 use crate::output::warnings::Warnings;
 use crate::output::{light, progress};
 use crate::parallel::with_threads;
@@ -147,8 +148,13 @@ fn write_lines(values: &Values, output: &mut impl Write) -> Result<()> {
 /// Opens the points. The bar shows how many of their bytes are read, unless the
 /// answers fill the terminal.
 fn open(path: &Path, quiet: bool) -> Result<(PointReader<impl Read>, ProgressBar)> {
-    let file = File::open(path).with_context(|| format!("cannot open {}", path.display()))?;
-    let bytes = file.metadata().map_or(0, |metadata| metadata.len());
+    let (file, bytes): (Box<dyn Read>, u64) = if path.as_os_str() == STREAM {
+        (Box::new(io::stdin()), 0)
+    } else {
+        let file = File::open(path).with_context(|| format!("cannot open {}", path.display()))?;
+        let bytes = file.metadata().map_or(0, |metadata| metadata.len());
+        (Box::new(file), bytes)
+    };
     let quiet = quiet || io::stdout().is_terminal();
     let bar = progress::bar(bytes, "looking up".to_owned(), quiet);
     let points = PointReader::new(bar.wrap_read(file));

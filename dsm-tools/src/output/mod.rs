@@ -1,5 +1,6 @@
 //! What the commands write.
 
+pub(crate) mod image_summary;
 pub(crate) mod light;
 pub(crate) mod limit;
 pub(crate) mod picture;

@@ -3,12 +3,12 @@
 use std::io::Cursor;
 
 use anyhow::{Context, Result};
-use deepshadow::scene::detail::srgb_code;
+use deepshadow::scene::detail::{Image, srgb_code};
 use deepshadow::visibility::detail::PixelWindow;
 use deepshadow::visibility::{MapInfo, Transmittance, VisibilityField};
 use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, IntegerBounds, Layer, LayerAttributes,
-    Vec2, WritableImage,
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image as ExrImage, IntegerBounds, Layer,
+    LayerAttributes, Vec2, WritableImage,
 };
 
 /// V(z) of every pixel, row by row.
@@ -27,6 +27,13 @@ impl<T: Transmittance> Slice<T> {
         let pixels = (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
         let values = pixels.map(|pixel| field.evaluate(pixel, depth)).collect::<Result<_, _>>()?;
         Ok(Self { size, values })
+    }
+
+    /// The slice as a picture.
+    pub(crate) fn image(&self) -> Option<Image> {
+        let pixel =
+            |value: &T| [0, 1, 2].map(|channel: usize| value.channel(channel.min(T::CHANNELS - 1)));
+        Image::new(self.size, self.values.iter().map(pixel).collect())
     }
 
     /// The slice as an 8-bit PNG file, grey or RGB, with the sRGB curve.
@@ -69,7 +76,7 @@ impl<T: Transmittance> Slice<T> {
             Encoding::SMALL_LOSSLESS,
             AnyChannels::sort(channels.collect()),
         );
-        let mut image = Image::from_layer(layer);
+        let mut image = ExrImage::from_layer(layer);
         // Nobody could show an empty display window.
         if let Some(display) = info.display_window.filter(|window| !window.size().contains(&0)) {
             image.attributes.display_window = bounds(display);

@@ -17,6 +17,7 @@ mod lookup;
 mod maps;
 mod merge;
 mod mip;
+mod mistakes;
 mod odd_lights;
 mod prefiltered;
 mod render;
