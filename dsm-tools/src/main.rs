@@ -2,6 +2,7 @@
 
 mod args;
 mod cmd;
+mod hints;
 mod in_map;
 mod input;
 mod interrupt;
@@ -72,7 +73,8 @@ fn is_broken_pipe(error: &anyhow::Error) -> bool {
 
 /// The error and its causes in one line, whatever file names hold.
 fn error_line(error: &anyhow::Error) -> String {
-    output::printable(&format!("error: {error:#}"))
+    let hint = hints::hint(error).map(|hint| format!("; {hint}")).unwrap_or_default();
+    output::printable(&format!("error: {error:#}{hint}"))
 }
 
 #[cfg(test)]

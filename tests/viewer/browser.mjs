@@ -23,6 +23,8 @@ export async function open(browser, file, options = {}) {
   page.on("pageerror", (error) => complaints.push(`error: ${error.message}`));
   page.on("request", (request) => { if (request.url() !== own && !request.url().startsWith("data:")) complaints.push(`request: ${request.url()}`); });
   await page.goto(own);
+  // Pages without scripts are ready at once.
+  if (await page.locator("#viewer").count() === 0) return { page, context, complaints };
   await page.waitForFunction(() => document.documentElement.dataset.ready === "yes", null, { timeout: 60000 }).catch(async () => {
     complaints.push(`not ready: ${await page.textContent("#loading")}`);
   });

@@ -95,7 +95,17 @@ impl Request {
     /// Checks that what the command writes can be written, before hours of work
     /// are lost to a name that cannot.
     pub(crate) fn check_outputs(&self) -> anyhow::Result<()> {
-        Ok(self.outputs().into_iter().try_for_each(deepshadow::files::detail::check_output)?)
+        for output in self.outputs() {
+            let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
+            if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+                let (output, folder) = (output.display(), folder.display());
+                anyhow::bail!(
+                    "{output}: cannot create a file beside it: {folder} is no folder; make it first"
+                );
+            }
+            deepshadow::files::detail::check_output(output)?;
+        }
+        Ok(())
     }
 
     /// The files that the command writes; the demo makes its own folder.

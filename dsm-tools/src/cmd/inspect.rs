@@ -88,7 +88,11 @@ fn print(
 fn functions(map: &ShadowMap, level: u32, rect: TileRect) -> Result<AnyDeepMap> {
     let found = map.functions(level, rect)?;
     found.with_context(|| {
-        format!("a map of kind {} has no visibility functions to draw", map.kind())
+        format!(
+            "a map of kind {} has no visibility functions to draw, as kinds deep and mtsm have: \
+             --pixel lists what it stores, and --html shows it",
+            map.kind()
+        )
     })
 }
 
@@ -104,7 +108,11 @@ fn inspect_pixel(
     if x >= level.width || y >= level.height {
         let [width, height] = [level.width, level.height];
         let what = if index == 0 { "the map".to_owned() } else { format!("level {index}") };
-        bail!("pixel ({x}, {y}) lies outside {what} of {width} × {height} pixels");
+        let [right, bottom] = [width, height].map(|side| side - 1);
+        bail!(
+            "pixel ({x}, {y}) lies outside {what} of {width} × {height} pixels: columns are 0 to \
+             {right}, rows 0 to {bottom}"
+        );
     }
     if let Some(file) = &request.plot {
         let pixel = TileRect { x, y, width: 1, height: 1 };

@@ -6,13 +6,16 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use deepshadow::files::Limits;
-use deepshadow::files::deep_exr::{AlphaChannels, DeepExrReader, Selection};
+use deepshadow::files::deep_exr::{
+    ChannelType, DeepExrReader, Header as ReadHeader, Layout, Selection, Window,
+};
 use exr::meta::BlockDescription;
 use exr::meta::MetaData;
 use exr::meta::attribute::{AttributeValue, IntegerBounds, SampleType};
 use exr::meta::header::Header;
 use serde::Serialize;
 
+use super::image_samples::{PixelSamples, Samples};
 use super::printable;
 
 /// An image, part by part.
@@ -57,39 +60,22 @@ struct ChannelSummary {
     r#type: &'static str,
 }
 
-/// What the samples of a part are.
-#[derive(Serialize)]
-struct Samples {
-    total: u64,
-    max_per_pixel: u64,
-    empty_pixels: u64,
-    /// Samples that reach from a depth to another.
-    volumes: u64,
-    /// The channels that depth and opacity are read from.
-    read: Vec<String>,
-    alpha: &'static str,
-    /// Least and largest of what is finite.
-    depth: Option<[f32; 2]>,
-    opacity: Option<[f32; 2]>,
-    /// Samples of which a number is not finite.
-    not_finite: u64,
-}
-
-/// The samples of a pixel as the file has them.
-#[derive(Serialize)]
-struct PixelSamples {
-    x: u32,
-    y: u32,
-    /// Front, back and opacity of each channel.
-    samples: Vec<(f32, f32, [f32; 3])>,
-}
-
 impl ImageSummary {
     /// Reads the headers and all samples, and those of a pixel of the data window. O(samples);
     /// holds a row.
     pub(crate) fn new(path: &Path, pixel: Option<[u32; 2]>) -> Result<Self> {
         let in_file = || path.display().to_string();
-        let meta = MetaData::read_from_file(path, false).with_context(in_file)?;
+        let limits = Limits::default().images;
+        // That reader does not know all compressions; what it cannot read may be one part that is.
+        let meta = match MetaData::read_from_file(path, false) {
+            Ok(meta) => meta,
+            Err(error) => {
+                let Ok(mut reader) = DeepExrReader::open(path, None, &limits) else {
+                    return Err(error).with_context(in_file);
+                };
+                return Self::of_readable(&mut reader, pixel).with_context(in_file);
+            }
+        };
         let several = meta.headers.len() > 1;
         let mut parts = Vec::new();
         let mut found = None;
@@ -97,7 +83,7 @@ impl ImageSummary {
             let name = header.own_attributes.layer_name.as_ref().map(ToString::to_string);
             let chosen = name.as_deref().filter(|_| several);
             let mut part = Part::new(header, name.clone());
-            match DeepExrReader::open(path, Selection::from(chosen), &Limits::default().images) {
+            match DeepExrReader::open(path, Selection::from(chosen), &limits) {
                 Ok(mut reader) => {
                     part.samples = Some(Samples::count(&mut reader).with_context(in_file)?);
                     if let (Some(at), None) = (pixel, &found) {
@@ -109,6 +95,14 @@ impl ImageSummary {
             parts.push(part);
         }
         Ok(Self { format: "openexr", parts, pixel: found })
+    }
+
+    /// The part that a reader has opened.
+    fn of_readable(reader: &mut DeepExrReader, pixel: Option<[u32; 2]>) -> Result<Self> {
+        let mut part = Part::of_readable(reader.header());
+        part.samples = Some(Samples::count(reader)?);
+        let pixel = pixel.map(|at| PixelSamples::read(reader, at)).transpose()?;
+        Ok(Self { format: "openexr", parts: vec![part], pixel })
     }
 
     /// Writes the summary for people.
@@ -173,6 +167,49 @@ impl Part {
         }
     }
 
+    fn of_readable(header: &ReadHeader) -> Self {
+        let corners = |window: Window| {
+            let Window { min, max } = window;
+            Bounds { min: min.map(i64::from), max: max.map(i64::from) }
+        };
+        let types = header.channels.iter().map(|channel| ChannelSummary {
+            name: printable(&channel.name),
+            r#type: match channel.channel_type {
+                ChannelType::Half => "half",
+                ChannelType::Float => "float",
+                ChannelType::Uint => "uint",
+            },
+        });
+        Self {
+            name: header.part_name.clone(),
+            r#type: match (header.deep, matches!(header.layout, Layout::ScanLines)) {
+                (true, false) => "deep tiles",
+                (true, true) => "deep scan lines",
+                (false, false) => "flat tiles",
+                (false, true) => "flat scan lines",
+            },
+            width: header.width.into(),
+            height: header.height.into(),
+            compression: header.compression.to_owned(),
+            data_window: corners(header.data_window),
+            display_window: corners(header.display_window),
+            channels: types.collect(),
+            world_to_camera: header.world_to_camera,
+            world_to_ndc: header.world_to_ndc,
+            attributes: header
+                .attributes
+                .iter()
+                .map(|attribute| {
+                    let kind = String::from_utf8_lossy(&attribute.type_name);
+                    let text = format!("{} bytes of type {kind}", attribute.value.len());
+                    (printable(&attribute.name_text()), printable(&text))
+                })
+                .collect(),
+            samples: None,
+            no_samples: None,
+        }
+    }
+
     fn write_text(&self, index: usize, output: &mut impl Write) -> io::Result<()> {
         let name = self.name.as_ref().map(|name| format!(" \"{}\"", printable(name)));
         writeln!(output, "  part {index}{}: {}", name.unwrap_or_default(), self.r#type)?;
@@ -217,94 +254,6 @@ impl Bounds {
         let min = [bounds.position.0, bounds.position.1].map(i64::from);
         let size = [bounds.size.0, bounds.size.1].map(|side| side as i64);
         Self { min, max: [0, 1].map(|axis| min[axis] + size[axis] - 1) }
-    }
-}
-
-impl Samples {
-    fn count(reader: &mut DeepExrReader) -> Result<Self> {
-        let header = reader.header().clone();
-        let mut counted = Self {
-            total: 0,
-            max_per_pixel: 0,
-            empty_pixels: 0,
-            volumes: 0,
-            read: header
-                .channels
-                .iter()
-                .filter(|channel| header.read.contains(&channel.name))
-                .map(|channel| printable(&channel.name))
-                .collect(),
-            alpha: match header.alpha {
-                AlphaChannels::None => "none: opaque",
-                AlphaChannels::Mono => "one",
-                AlphaChannels::Colour => "one a colour",
-            },
-            depth: None,
-            opacity: None,
-            not_finite: 0,
-        };
-        for y in 0..header.height {
-            let rows = reader.read_rows(y..y + 1)?;
-            for pixel in 0..rows.pixel_count() {
-                let samples = rows.pixel(pixel);
-                counted.total += samples.len() as u64;
-                counted.max_per_pixel = counted.max_per_pixel.max(samples.len() as u64);
-                counted.empty_pixels += u64::from(samples.is_empty());
-            }
-            for index in 0..rows.sample_count() {
-                let sample = rows.sample(index);
-                counted.volumes += u64::from(sample.z_back > sample.z);
-                widen(&mut counted.depth, &[sample.z, sample.z_back]);
-                widen(&mut counted.opacity, &sample.alpha);
-                let all = sample.alpha.iter().chain([&sample.z, &sample.z_back]);
-                counted.not_finite += u64::from(!all.copied().all(f32::is_finite));
-            }
-        }
-        Ok(counted)
-    }
-
-    fn lines(&self) -> Vec<(&'static str, String)> {
-        let range = |range: Option<[f32; 2]>| {
-            range.map_or_else(|| "none".to_owned(), |[least, most]| format!("{least} to {most}"))
-        };
-        let Self { total, max_per_pixel, empty_pixels, volumes, .. } = self;
-        let mut lines = vec![
-            (
-                "samples",
-                format!(
-                    "{total}, at most {max_per_pixel} a pixel, {volumes} of them volumes; \
-                     {empty_pixels} empty pixels"
-                ),
-            ),
-            ("read", format!("{} (alpha: {})", self.read.join(", "), self.alpha)),
-            ("depth", range(self.depth)),
-            ("opacity", range(self.opacity)),
-        ];
-        if self.not_finite > 0 {
-            lines.push(("not finite", format!("{} samples", self.not_finite)));
-        }
-        lines
-    }
-}
-
-fn widen(range: &mut Option<[f32; 2]>, values: &[f32]) {
-    for &value in values.iter().filter(|value| value.is_finite()) {
-        let [least, most] = range.unwrap_or([value; 2]);
-        *range = Some([least.min(value), most.max(value)]);
-    }
-}
-
-impl PixelSamples {
-    fn read(reader: &mut DeepExrReader, [x, y]: [u32; 2]) -> Result<Self> {
-        let [width, height] = [reader.header().width, reader.header().height];
-        anyhow::ensure!(
-            x < width && y < height,
-            "pixel ({x}, {y}) lies outside the image of {width} × {height} pixels"
-        );
-        let rows = reader.read_rows(y..y + 1)?;
-        let samples = rows.pixel(x as usize).map(|index| rows.sample(index));
-        let samples = samples.map(|sample| (sample.z, sample.z_back, sample.alpha)).collect();
-        Ok(Self { x, y, samples })
     }
 }
 

@@ -19,6 +19,7 @@ mod merge;
 mod mip;
 mod mistakes;
 mod odd_lights;
+mod pages;
 mod prefiltered;
 mod render;
 mod run;

@@ -1,6 +1,6 @@
 // The curves of pixels: light over depth, exact numbers under the pointer.
 
-const CURVE = { width: 640, height: 360, left: 44, right: 12, top: 22, bottom: 40 };
+const CURVE = { width: 640, height: 360, left: 44, right: 12, bottom: 40 };
 /** How lines look, in colour and without: one after the other. */
 const DASHES = ["", "8 4", "2 3", "10 3 2 3", "14 5", "5 2 1 2 1 2"];
 
@@ -36,12 +36,13 @@ class CurvePlot {
   }
 
   y(light) {
-    return CURVE.top + (1 - light) * (CURVE.height - CURVE.top - CURVE.bottom);
+    return this.top + (1 - light) * (CURVE.height - this.top - CURVE.bottom);
   }
 
   /** Draws curves: {name, style, field, pixel, channel}, and where the depth is. */
   draw(curves, axis, depth) {
-    Object.assign(this, { curves, axis });
+    // Names stand in rows of three above the drawing.
+    Object.assign(this, { curves, axis, top: 10 + 12 * Math.ceil(curves.length / 3) });
     this.svg.replaceChildren();
     make("title", this.svg, `Light that is left over depth, of ${curves.map((curve) => curve.name).join("; ")}`);
     for (let tenth = 0; tenth <= 10; tenth += 2) {
@@ -52,7 +53,7 @@ class CurvePlot {
     for (let tick = 0; tick <= 5; tick++) {
       const place = axis.depth(tick / 5);
       const x = this.x(place);
-      make("line", this.svg, "", { class: "grid", x1: x, x2: x, y1: CURVE.top, y2: CURVE.height - CURVE.bottom });
+      make("line", this.svg, "", { class: "grid", x1: x, x2: x, y1: this.top, y2: CURVE.height - CURVE.bottom });
       make("text", this.svg, Number(place.toPrecision(4)), { x, y: CURVE.height - CURVE.bottom + 16, "text-anchor": tick === 5 ? "end" : "middle" });
     }
     make("text", this.svg, axis.isLog ? "depth, logarithmic" : "depth", { x: CURVE.width / 2, y: CURVE.height - 6, "text-anchor": "middle" });
@@ -63,7 +64,7 @@ class CurvePlot {
       make("path", this.svg, "", { class: "curve", d: `M${x} ${y}h26`, stroke: colour, "stroke-dasharray": dash });
       make("text", this.svg, curve.name.slice(0, 26), { x: x + 31, y: y + 4 });
     });
-    this.cursor = make("line", this.svg, "", { class: "cursor", y1: CURVE.top, y2: CURVE.height - CURVE.bottom });
+    this.cursor = make("line", this.svg, "", { class: "cursor", y1: this.top, y2: CURVE.height - CURVE.bottom });
     this.dot = make("circle", this.svg, "", { r: 4, fill: "none", stroke: "currentColor", "stroke-width": 2, visibility: "hidden" });
     this.setDepth(depth);
   }

@@ -27,6 +27,8 @@ function fill() {
   const rows = { deep: "Vertices", mtsm: "Layers", views: "Surfaces", fragments: "Fragments", prefiltered: "Fragments" }[kind] ?? "Layers";
   const shows = [["light", kind === "attenuation" ? "Light seen by the last layer passed" : "Light left at the depth"], ["counts", `${rows} a pixel`], ["max", "Stated largest error of a tile"], ["mean", "Stated mean error of a tile"]];
   options($("show"), null, shows);
+  page.levelName = kind === "views" ? "view" : "level";
+  $("level-label").firstChild.textContent = kind === "views" ? "View " : "Level ";
   const both = first.levels.map((level, index) => [index, `${level.index}: ${level.full_width} × ${level.full_height}`]);
   options($("level"), $("level-label"), both);
   const colours = [[-1, "colour"], [0, "red"], [1, "green"], [2, "blue"]];
@@ -59,7 +61,7 @@ async function start() {
     panels.push(new Panel($("panels"), captionOf(map, index), `Map ${map.name}, light at the depth`, choose));
     metadataTable($("metadata"), captionOf(map, index), map.summary);
   });
-  if (isPair) panelOfDifference = new Panel($("panels"), "A − B: dark blue −1, grey 0, light orange 1", "Difference of the maps", choose);
+  if (isPair) panelOfDifference = new Panel($("panels"), "A − B", "Difference of the maps", choose);
   curve = new CurvePlot($("curve"), $("readout"));
   const { summary } = page.maps[0];
   if (summary.camera?.world_to_camera && summary.camera.world_to_ndc) {

@@ -7,25 +7,42 @@ const isPair = page.maps.length === 2;
 const PIXEL_STYLES = DASHES.map((dash, index) => ({ colour: `var(--c${index})`, dash }));
 let panels = [], curve, cameraView, panelOfDifference, settle;
 
-const depth = () => state.axis.depth(Number($("depth").value) / 1000);
+/** The slider's depth, a 32-bit float as those of the file. */
+const depth = () => Math.fround(state.axis.depth(Number($("depth").value) / 1000));
 const levelsOf = (index) => page.maps.map((map) => map.levels[index]);
 const pixelIndex = ([x, y]) => y * levelsOf(state.level)[0].width + x;
+/** The number of the chosen level in the file. */
+const levelNumber = () => levelsOf(state.level)[0].index;
 /** The pixel in the whole level, of one that is shown. */
 const wholePixel = ([x, y]) => levelsOf(state.level)[0].corner.map((corner, axis) => corner + [x, y][axis]);
 
-/** The depths between which rows of these levels lie. */
+/**
+ * The depths between which rows of these levels lie, for a slider: without the few far from all others, and
+ * those behind the camera, that planes seen edge on have at a pixel's centre.
+ */
 function depthRange(levels) {
-  let near = Infinity, far = 0;
+  const depths = [];
+  let first = Infinity, last = 0;
   for (const level of levels) {
     for (const name of ["depth", "to depth"]) {
-      for (const value of column(level, name)?.values[0] ?? []) {
-        if (value < near) near = value;
+      const found = column(level, name)?.values[0] ?? [];
+      const step = Math.max(1, Math.floor(found.length / 50000));
+      for (let row = 0; row < found.length; row++) {
+        const value = found[row];
         // Where the file's greatest number stands for infinity, it is no place on a slider.
-        if (value > far && value < 3e38) far = value;
+        if (!(value > 0 && value < 3e38)) continue;
+        if (value < first) first = value;
+        if (value > last) last = value;
+        if (row % step === 0) depths.push(value);
       }
     }
   }
-  return near <= far ? [near, far] : [0, 1];
+  if (!(last > 0)) return [0, 1];
+  depths.push(first, last);
+  depths.sort((a, b) => a - b);
+  const [low, high] = [0.002, 0.998].map((share) => depths[Math.round(share * (depths.length - 1))]);
+  const reach = Math.max(high - low, 1e-6 * high);
+  return [Math.max(first, low - reach), Math.min(last, high + reach)];
 }
 
 /** Fields of the chosen level of each map, made when they are first asked for. */
@@ -75,11 +92,15 @@ function paintMaps() {
   if (panelOfDifference) {
     const difference = (state.difference ??= new Float32Array(columns[0].length));
     for (let pixel = 0; pixel < difference.length; pixel++) difference[pixel] = columns[0][pixel] - columns[1][pixel];
-    const reach = isLight ? 1 : top;
+    // The same colours at every depth: as far as the two are ever apart.
+    const reach = (isLight ? page.difference.max : top) || 1;
+    state.reach = reach;
     paint(panelOfDifference.words, difference, new Scale(PALETTES.difference, -reach, reach));
+    panelOfDifference.caption.textContent = `A − B: dark blue ${short(-reach)}, grey 0, light orange ${short(reach)}`;
     panelOfDifference.show();
   }
   $("depth-value").value = short(depth());
+  $("depth-value").title = shortest(depth());
   curve?.setDepth(depth());
   clearTimeout(settle);
   settle = setTimeout(() => describe(columns, scale), state.playing ? 250 : 30);
@@ -95,7 +116,7 @@ function describe(columns, scale) {
   $("legend-low").textContent = short(scale.low);
   $("legend-high").textContent = `${short(scale.high)}${scale.isLog ? " (logarithmic)" : ""}`;
   const shown = panelOfDifference ? state.difference : columns[0];
-  drawHistogram($("histogram"), $("histogram-text"), shown, panelOfDifference ? -scale.high : scale.low, scale.high);
+  drawHistogram($("histogram"), $("histogram-text"), shown, panelOfDifference ? -state.reach : scale.low, panelOfDifference ? state.reach : scale.high);
   drawCamera();
   showValue();
 }
@@ -104,7 +125,7 @@ function drawCamera() {
   const map = page.maps[0];
   const level = levelsOf(state.level)[0];
   const finest = map.summary;
-  const isDeep = finest.kind === "deep" || state.level === 0;
+  const isDeep = finest.kind === "deep" || level.index === 0;
   const whole = wholePixel(state.pixel);
   const scale = [finest.width / level.full_width, finest.height / level.full_height];
   cameraView?.draw(depth(), isDeep ? whole.map((value, axis) => (value + 0.5) * scale[axis] - 0.5) : null);
@@ -123,7 +144,7 @@ function showValue() {
 /** Draws what belongs to the chosen pixel. */
 function showPixel() {
   const whole = wholePixel(state.pixel);
-  $("pixel-title").textContent = `Pixel (${whole.join(", ")})${state.level > 0 ? ` of level ${state.level}` : ""}`;
+  $("pixel-title").textContent = `Pixel (${whole.join(", ")})${levelNumber() > 0 ? ` of ${page.levelName} ${levelNumber()}` : ""}`;
   const pins = state.pins.filter((pin) => pin.level === state.level);
   const chosen = { pixel: state.pixel, label: "" };
   const curves = [];
@@ -152,7 +173,7 @@ function showPixel() {
 function showPins() {
   $("pins").replaceChildren();
   state.pins.forEach((pin) => {
-    const item = make("li", $("pins"), `${pin.label}: (${pin.whole.join(", ")})${pin.level > 0 ? `, level ${pin.level}` : ""}`);
+    const item = make("li", $("pins"), `${pin.label}: (${pin.whole.join(", ")})${pin.number > 0 ? `, ${page.levelName} ${pin.number}` : ""}`);
     const remove = make("button", item, "Remove", { type: "button", "aria-label": `Remove pin ${pin.label}` });
     remove.addEventListener("click", () => {
       state.pins = state.pins.filter((other) => other !== pin);
@@ -164,7 +185,7 @@ function showPins() {
 function pin() {
   const used = new Set(state.pins.map((pin) => pin.label));
   const label = [..."PQRSTUVW"].find((letter) => !used.has(letter));
-  if (label) state.pins.push({ label, level: state.level, pixel: [...state.pixel], whole: wholePixel(state.pixel) });
+  if (label) state.pins.push({ label, level: state.level, number: levelNumber(), pixel: [...state.pixel], whole: wholePixel(state.pixel) });
   showPixel();
 }
 
