@@ -14,11 +14,12 @@ pub(crate) fn hint(error: &Error) -> Option<String> {
         let io = cause.downcast_ref::<std::io::Error>();
         not_found |= io.is_some_and(|error| error.kind() == ErrorKind::NotFound);
     }
-    error.chain().find_map(|cause| {
+    let known = error.chain().find_map(|cause| {
         if let Some(error) = cause.downcast_ref::<deepshadow::Error>() {
             return match error {
                 deepshadow::Error::File(error) => of_file(error, None, not_found),
                 deepshadow::Error::Scene(error) => of_scene(error, None, not_found),
+                deepshadow::Error::Query { reason, .. } => of_query(reason),
                 _ => None,
             };
         }
@@ -28,7 +29,17 @@ pub(crate) fn hint(error: &Error) -> Option<String> {
             .downcast_ref::<FileError>()
             .and_then(of_file)
             .or_else(|| cause.downcast_ref::<SceneError>().and_then(of_scene))
-    })
+    });
+    known.or_else(|| not_found.then(|| NOTHING.to_owned()))
+}
+
+/// What to do about a name that nothing has.
+const NOTHING: &str = "nothing has this name: check it, and the folder that you are in";
+
+/// The method of a map that is asked by another, where the reason does not name it.
+fn of_query(reason: &str) -> Option<String> {
+    let is_traced = reason.contains("are traced") && !reason.contains("--method");
+    is_traced.then(|| "--method trace reads this one".to_owned())
 }
 
 fn of_file(error: &FileError, path: Option<&Path>, not_found: bool) -> Option<String> {
@@ -46,6 +57,9 @@ fn of_file(error: &FileError, path: Option<&Path>, not_found: bool) -> Option<St
         FileError::Kind { found, .. } => format!(
             "this takes maps of kind deep (`bake --kind deep`); of kind {found} `inspect`, `lookup` and `verify` read"
         ),
+        FileError::Mismatch(reason) if reason.contains("pixels") => {
+            "bake them with one --resolution".to_owned()
+        }
         _ => return None,
     })
 }
@@ -99,7 +113,7 @@ fn missing(path: &Path) -> String {
         Some((apart, near)) if apart <= 2 && apart < name.chars().count() / 2 => {
             format!("did you mean {}?", path.with_file_name(near).display())
         }
-        _ => "nothing has this name: check it, and the folder that you are in".to_owned(),
+        _ => NOTHING.to_owned(),
     }
 }
 
