@@ -17,7 +17,7 @@ fn switches(text: &str) -> BTreeSet<String> {
     text.split("--")
         .skip(1)
         .map(|rest| rest.split(|letter| !is_name(letter)).next().unwrap_or_default().to_owned())
-        .filter(|name| !name.is_empty())
+        .filter(|name| name.starts_with(|letter: char| letter.is_ascii_lowercase()))
         .collect()
 }
 
