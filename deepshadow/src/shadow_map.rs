@@ -248,6 +248,24 @@ impl ShadowMap {
         Ok(self.file().contents(level, pixel)?)
     }
 
+    /// The same of each pixel of a rectangle, row by row. Each tile is read once; a row of
+    /// tiles is held.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::contents`], and for more pixels than memory may hold.
+    pub fn contents_of(
+        &self,
+        level: u32,
+        pixels: TileRect,
+        mut visit: impl FnMut(PixelContents),
+    ) -> Result<()> {
+        Ok(self.file().contents_of(level, pixels, &mut |contents| {
+            visit(contents);
+            Ok(())
+        })?)
+    }
+
     /// The visibility functions of a rectangle of a level; `None` for kinds
     /// without such.
     ///

@@ -2,12 +2,19 @@
 
 mod args;
 mod cmd;
+mod hints;
 mod in_map;
+mod input;
 mod interrupt;
+mod memory;
+mod openable;
 mod output;
+mod page;
 mod parallel;
 mod points;
+mod report;
 mod signals;
+mod usage;
 mod wide_light;
 
 use std::io::{self, ErrorKind, Write};
@@ -26,20 +33,26 @@ fn main() -> ExitCode {
         Ok(request) => request,
         Err(error) => {
             // Nobody may be there to read it.
-            drop(error.print());
+            drop(match usage::line(&error) {
+                Some(line) => writeln!(io::stderr(), "{line}"),
+                None => error.print(),
+            });
             return if error.use_stderr() { WRONG_USAGE.into() } else { ExitCode::SUCCESS };
         }
     };
     let done = request.check_outputs().and_then(|()| match request {
         Request::Bake(request) => cmd::bake::run(&request),
+        Request::Completions(request) => cmd::completions::run(&request),
         Request::Convert(request) => cmd::convert::run(&request),
         Request::Demo(request) => cmd::demo::run(&request),
         Request::Diff(request) => cmd::diff::run(&request),
         Request::Inspect(request) => cmd::inspect::run(&request),
         Request::Lookup(request) => cmd::lookup::run(&request),
+        Request::Man(request) => cmd::man::run(&request),
         Request::Mip(request) => cmd::mip::run(&request),
         Request::Merge(request) => cmd::merge::run(&request),
         Request::Render(request) => cmd::render::run(&request),
+        Request::Report(request) => cmd::report::run(&request),
         Request::Verify(request) => cmd::verify::run(&request),
     });
     match done {
@@ -60,7 +73,8 @@ fn is_broken_pipe(error: &anyhow::Error) -> bool {
 
 /// The error and its causes in one line, whatever file names hold.
 fn error_line(error: &anyhow::Error) -> String {
-    output::printable(&format!("error: {error:#}"))
+    let hint = hints::hint(error).map(|hint| format!("; {hint}")).unwrap_or_default();
+    output::printable(&format!("error: {error:#}{hint}"))
 }
 
 #[cfg(test)]

@@ -57,6 +57,19 @@ pub trait ErasedMap: Any + Debug + Send + Sync {
     /// what is wrong with its tile.
     fn contents(&self, level: u32, pixel: [u32; 2]) -> Result<PixelContents>;
 
+    /// The stored numbers of each pixel of a rectangle of a level, row by row
+    /// ([`KindReader::contents_of`]).
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::functions`], of any kind, and those of `visit`.
+    fn contents_of(
+        &self,
+        level: u32,
+        rect: TileRect,
+        visit: &mut dyn FnMut(PixelContents) -> Result<()>,
+    ) -> Result<()>;
+
     /// The visibility functions of a rectangle of a level, of kinds that have such
     /// ([`KindReader::functions`]).
     ///
@@ -120,6 +133,19 @@ impl<K: MapKind> ErasedMap for KindReader<K> {
             self.contents::<f32>(level, pixel)
         } else {
             self.contents::<Rgb>(level, pixel)
+        }
+    }
+
+    fn contents_of(
+        &self,
+        level: u32,
+        rect: TileRect,
+        visit: &mut dyn FnMut(PixelContents) -> Result<()>,
+    ) -> Result<()> {
+        if self.metadata().channels == 1 {
+            self.contents_of::<f32>(level, rect, visit)
+        } else {
+            self.contents_of::<Rgb>(level, rect, visit)
         }
     }
 

@@ -32,6 +32,9 @@ pub enum PixelValue {
     Count(u32),
     /// A fraction of light in each of three channels.
     Rgb([f32; 3]),
+    /// A bit for each of 8 × 8 places of a pixel, row by row from its upper left corner on,
+    /// the lowest bit first. As text 16 hexadecimal digits after `0x`.
+    Mask(u64),
 }
 
 impl PixelValue {
@@ -110,6 +113,7 @@ impl Serialize for PixelValue {
             Self::Number(number) => number.serialize(serializer),
             Self::Count(count) => count.serialize(serializer),
             Self::Rgb(values) => values.serialize(serializer),
+            Self::Mask(mask) => serializer.collect_str(&format_args!("{mask:#018x}")),
         }
     }
 }

@@ -290,6 +290,42 @@ impl<K: MapKind> KindReader<K> {
         index: u32,
         rect: TileRect,
     ) -> Result<dsm_core::detail::PixelLists<T>> {
+        let mut map = Columns::default();
+        self.visit_rect::<T>(index, rect, |tile, pixel| {
+            let function = K::function(tile, pixel).ok_or_else(|| Error::Kind {
+                found: K::NAME.to_owned(),
+                wanted: "one with visibility functions",
+            })?;
+            map.push(function)
+        })?;
+        map.finish(rect.width, rect.height)
+    }
+
+    /// The stored numbers of the pixels of a rectangle of a level, row by row. Holds one row
+    /// of tiles.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::functions`], of any kind, and those of `visit`.
+    pub fn contents_of<T: Transmittance>(
+        &self,
+        level: u32,
+        rect: TileRect,
+        mut visit: impl FnMut(PixelContents) -> Result<()>,
+    ) -> Result<()> {
+        self.check_channels::<T>()?;
+        let visited =
+            self.visit_rect::<T>(level, rect, |tile, pixel| visit(K::contents(tile, pixel)));
+        self.container.in_file(visited)
+    }
+
+    /// Hands the pixels of a rectangle to `visit`, each with its tile and its index in that.
+    fn visit_rect<T: Transmittance>(
+        &self,
+        index: u32,
+        rect: TileRect,
+        mut visit: impl FnMut(&K::Tile<T>, usize) -> Result<()>,
+    ) -> Result<()> {
         let level = self.container.level(index)?;
         let ends = [rect.x.checked_add(rect.width), rect.y.checked_add(rect.height)];
         let [Some(right), Some(bottom)] = ends else {
@@ -299,7 +335,6 @@ impl<K: MapKind> KindReader<K> {
             return Err(Error::NoSuchPixel([right, bottom].map(|end| end.saturating_sub(1))));
         }
         check_limit("pixels", rect.pixel_count(), self.limits.max_pixels)?;
-        let mut map = Columns::default();
         let mut row = Vec::new();
         let columns = rect.x / level.tile_width..=(right - 1) / level.tile_width;
         for tile_y in rect.y / level.tile_height..=(bottom - 1) / level.tile_height {
@@ -313,16 +348,12 @@ impl<K: MapKind> KindReader<K> {
                 for (of, tile) in &row {
                     for x in rect.x.max(of.x)..right.min(of.x + of.width) {
                         let pixel = (y - of.y) as usize * of.width as usize + (x - of.x) as usize;
-                        let function = K::function(tile, pixel).ok_or_else(|| Error::Kind {
-                            found: K::NAME.to_owned(),
-                            wanted: "one with visibility functions",
-                        })?;
-                        map.push(function)?;
+                        visit(tile, pixel)?;
                     }
                 }
             }
         }
-        map.finish(rect.width, rect.height)
+        Ok(())
     }
 
     /// Counts of the contents of all tiles of the finest level. O(vertices); holds one

@@ -29,7 +29,7 @@ Examples:
 #[command(after_help = EXAMPLES)]
 pub(crate) struct ConvertFlags {
     /// A deep .exr, a flat .exr with a channel Z, or a .dsm; its content
-    /// tells which
+    /// tells which; - for standard input
     #[arg(value_name = "IN")]
     input: PathBuf,
     /// The map (.dsm) or, if IN is one, the deep image (.exr) to write

@@ -5,21 +5,24 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::values::{self, ImageFile, ImageFormat};
+use crate::page::PageLimit;
 
 const EXAMPLES: &str = "\
 Examples:
   dsm-tools inspect map.dsm
   dsm-tools inspect map.dsm --pixel 14,11 --plot pixel.svg
-  dsm-tools inspect map.dsm --slice 3.5 --image slice.png";
+  dsm-tools inspect map.dsm --slice 3.5 --image slice.png
+  dsm-tools inspect map.dsm --html map.html";
 
-/// Shows what a map says of itself
+/// Shows what a map or an image says of itself
 ///
 /// Also one pixel's visibility function, as a list of vertices or as a plot,
-/// and the light that is left at one depth over the whole map, as an image.
+/// the light that is left at one depth over the whole map, as an image, and
+/// all of it as a page for a browser.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct InspectFlags {
-    /// A deep shadow map (.dsm)
+    /// A shadow map of any kind (.dsm), or a deep or flat OpenEXR (.exr); - for standard input
     file: PathBuf,
     /// Print one JSON document
     #[arg(long)]
@@ -42,6 +45,14 @@ pub(crate) struct InspectFlags {
     #[arg(long, value_name = "OUT", requires = "slice")]
     #[arg(value_parser = values::image_file([ImageFormat::Png, ImageFormat::Exr]))]
     image: Option<ImageFile>,
+    /// Write a page of HTML that shows the map at any depth and the curve of any pixel; it
+    /// is one file and asks for no other
+    #[arg(long, value_name = "OUT", value_parser = values::html_file())]
+    html: Option<PathBuf>,
+    /// The most bytes of that page; of a map that is too large it shows the levels that
+    /// fit, or its middle, and says so
+    #[arg(long, value_name = "SIZE", requires = "html", default_value_t = PageLimit::DEFAULT)]
+    max_size: PageLimit,
 }
 
 /// The light at a depth, and where to write it.
@@ -60,12 +71,14 @@ pub(crate) struct Inspect {
     pub(crate) level: u32,
     pub(crate) plot: Option<ImageFile>,
     pub(crate) slice: Option<SliceFile>,
+    pub(crate) html: Option<PathBuf>,
+    pub(crate) max_size: PageLimit,
 }
 
 impl From<InspectFlags> for Inspect {
     fn from(flags: InspectFlags) -> Self {
-        let InspectFlags { file, json, pixel, level, plot, slice, image } = flags;
+        let InspectFlags { file, json, pixel, level, plot, slice, image, html, max_size } = flags;
         let slice = slice.zip(image).map(|(depth, image)| SliceFile { depth, image });
-        Self { file, json, pixel, level, plot, slice }
+        Self { file, json, pixel, level, plot, slice, html, max_size }
     }
 }

@@ -33,7 +33,7 @@ Examples:
 pub(crate) struct LookupFlags {
     /// A deep shadow map or a layered one (.dsm)
     map: PathBuf,
-    /// The points, as CSV
+    /// The points, as CSV; - for standard input
     #[arg(long, value_name = "P.csv")]
     points: PathBuf,
     /// The space of x, y and z: a position in the scene; or a position in the map

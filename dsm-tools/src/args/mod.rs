@@ -1,6 +1,7 @@
 //! The command line, parsed and checked.
 
 mod bake;
+mod completions;
 mod compression;
 mod convert;
 mod demo;
@@ -10,31 +11,41 @@ mod filtering;
 mod inspect;
 mod layer_rule;
 mod lookup;
+mod man;
+#[cfg(test)]
+mod manual;
 mod merge;
 mod mip;
 mod prefilter;
 mod render;
+mod report;
 mod selection;
 mod values;
 mod verify;
 mod version;
 
 pub(crate) use bake::Bake;
+pub(crate) use completions::Completions;
 pub(crate) use convert::{Convert, ConvertTarget};
 pub(crate) use demo::Demo;
 pub(crate) use diff::Diff;
 pub(crate) use inspect::{Inspect, SliceFile};
 pub(crate) use lookup::{Lookup, Space};
+pub(crate) use man::Man;
 pub(crate) use merge::Merge;
 pub(crate) use mip::Mip;
 pub(crate) use render::{Method, Render};
+pub(crate) use report::Report;
 pub(crate) use values::{ImageFile, ImageFormat, is_exr};
 pub(crate) use verify::Verify;
 
+use std::ffi::OsString;
 use std::path::Path;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
+
+use crate::input::STREAM;
 
 /// Bakes, converts, inspects, looks up, mip-maps, compares, merges, verifies and
 /// renders with deep shadow maps.
@@ -48,14 +59,17 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     Bake(bake::BakeFlags),
+    Completions(completions::CompletionsFlags),
     Convert(convert::ConvertFlags),
     Demo(demo::DemoFlags),
     Diff(diff::DiffFlags),
     Inspect(inspect::InspectFlags),
     Lookup(lookup::LookupFlags),
+    Man(man::ManFlags),
     Mip(mip::MipFlags),
     Merge(merge::MergeFlags),
     Render(render::RenderFlags),
+    Report(report::ReportFlags),
     Verify(verify::VerifyFlags),
 }
 
@@ -63,14 +77,17 @@ enum Command {
 #[derive(Debug)]
 pub(crate) enum Request {
     Bake(Box<Bake>),
+    Completions(Completions),
     Convert(Convert),
     Demo(Demo),
     Diff(Diff),
     Inspect(Inspect),
     Lookup(Lookup),
+    Man(Man),
     Mip(Mip),
     Merge(Merge),
     Render(Box<Render>),
+    Report(Report),
     Verify(Verify),
 }
 
@@ -78,7 +95,17 @@ impl Request {
     /// Checks that what the command writes can be written, before hours of work
     /// are lost to a name that cannot.
     pub(crate) fn check_outputs(&self) -> anyhow::Result<()> {
-        Ok(self.outputs().into_iter().try_for_each(deepshadow::files::detail::check_output)?)
+        for output in self.outputs() {
+            let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
+            if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+                let (output, folder) = (output.display(), folder.display());
+                anyhow::bail!(
+                    "{output}: cannot create a file beside it: {folder} is no folder; make it first"
+                );
+            }
+            deepshadow::files::detail::check_output(output)?;
+        }
+        Ok(())
     }
 
     /// The files that the command writes; the demo makes its own folder.
@@ -89,11 +116,18 @@ impl Request {
             Self::Mip(mip) => vec![&mip.output],
             Self::Merge(merge) => vec![&merge.output],
             Self::Render(render) => vec![&render.output.path],
+            Self::Report(report) => named(Some(&report.html)).into_iter().collect(),
             Self::Inspect(inspect) => {
                 let slice = inspect.slice.as_ref().map(|slice| &slice.image);
-                inspect.plot.iter().chain(slice).map(|image| image.path.as_path()).collect()
+                let images = inspect.plot.iter().chain(slice).map(|image| image.path.as_path());
+                images.chain(named(inspect.html.as_deref())).collect()
             }
-            Self::Demo(_) | Self::Diff(_) | Self::Lookup(_) | Self::Verify(_) => Vec::new(),
+            Self::Diff(diff) => named(diff.html.as_deref()).into_iter().collect(),
+            Self::Completions(_)
+            | Self::Demo(_)
+            | Self::Lookup(_)
+            | Self::Man(_)
+            | Self::Verify(_) => Vec::new(),
         }
     }
 
@@ -107,6 +141,7 @@ impl Request {
             Command::Bake(flags) => {
                 Self::Bake(Box::new(flags.try_into().map_err(|error| wrong("bake", error))?))
             }
+            Command::Completions(flags) => Self::Completions(flags.into()),
             Command::Convert(flags) => {
                 Self::Convert(flags.try_into().map_err(|error| wrong("convert", error))?)
             }
@@ -116,16 +151,39 @@ impl Request {
             Command::Lookup(flags) => {
                 Self::Lookup(flags.try_into().map_err(|error| wrong("lookup", error))?)
             }
+            Command::Man(flags) => Self::Man(flags.into()),
             Command::Mip(flags) => Self::Mip(flags.into()),
             Command::Merge(flags) => Self::Merge(flags.into()),
             Command::Render(flags) => {
                 Self::Render(Box::new(flags.try_into().map_err(|error| wrong("render", error))?))
+            }
+            Command::Report(flags) => {
+                Self::Report(flags.try_into().map_err(|error| wrong("report", error))?)
             }
             Command::Verify(flags) => {
                 Self::Verify(flags.try_into().map_err(|error| wrong("verify", error))?)
             }
         })
     }
+}
+
+/// The request that these words of a command line are: what reports are made of.
+pub(crate) fn render_request(words: &[OsString]) -> Result<Box<Render>, clap::Error> {
+    let command = ["dsm-tools", "render"].map(OsString::from);
+    match Request::of(Arguments::try_parse_from(command.iter().chain(words))?)? {
+        Request::Render(request) => Ok(request),
+        _ => Err(wrong("render", "no request to render")),
+    }
+}
+
+/// A page's file, if it is not printed.
+fn named(page: Option<&Path>) -> Option<&Path> {
+    page.filter(|path| path.as_os_str() != STREAM)
+}
+
+/// The program's command line: what completions and manual pages are made from.
+pub(crate) fn program() -> clap::Command {
+    Arguments::command()
 }
 
 /// A usage error of a command that only its switches together show.

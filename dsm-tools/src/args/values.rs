@@ -8,6 +8,8 @@ use deepshadow::files::{Codec, Packing};
 use deepshadow::scene::detail::{GridChoice, SceneOptions};
 use deepshadow::visibility::Tolerance;
 
+use crate::input::STREAM;
+
 /// Use of the machine.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct Effort {
@@ -136,6 +138,15 @@ pub(super) fn exr_file() -> impl TypedValueParser<Value = PathBuf> {
     PathBufValueParser::new().try_map(|path| match is_exr(&path) {
         true => Ok(path),
         false => Err("the name must end in .exr"),
+    })
+}
+
+/// Accepts names of pages, and `-` for standard output.
+pub(super) fn html_file() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|path| match extension(&path).as_deref() {
+        Some("html" | "htm") => Ok(path),
+        _ if path.as_os_str() == STREAM => Ok(path),
+        _ => Err("the name must end in .html, or be - for standard output"),
     })
 }
 

@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use crate::args::{Convert, ConvertTarget};
 use crate::in_map::{is_empty, is_part};
+use crate::input::Input;
 use crate::output::printable;
 use crate::output::progress::Watch;
 use crate::output::stated::StatedReport;
@@ -43,7 +44,9 @@ struct ImageDetails {
 }
 
 pub(crate) fn run(request: &Convert) -> Result<()> {
-    let Convert { input, output, selection, .. } = request;
+    let Convert { output, selection, .. } = request;
+    let input = Input::new(&request.input)?;
+    let input = input.path();
     let mut source = MapSource::open(input, selection, &Limits::default())?;
     let [width, height] = source.size();
     let mut notes = lost(&source);

@@ -1,6 +1,7 @@
 //! `diff`: how far two maps are apart.
 
 use std::io::{self, BufWriter, Write};
+use std::path::Path;
 
 use anyhow::{Result, anyhow};
 use deepshadow::files::detail::{MapDifference, WorstPixel, compare_levels};
@@ -8,7 +9,10 @@ use deepshadow::files::{Error, Limits, MapSource};
 use serde::Serialize;
 
 use crate::args::Diff;
+use crate::input::STREAM;
+use crate::openable::Openable;
 use crate::output::progress::Watch;
+use crate::page::{Page, PageDifference, WorstPlace};
 use crate::parallel::with_threads;
 
 /// The JSON document.
@@ -42,6 +46,20 @@ pub(crate) fn run(request: &Diff) -> Result<()> {
             error => anyhow!(error).context(format!("{} and {}", a.display(), b.display())),
         })
     })?;
+    if let Some(file) = &request.html {
+        let opened = [Openable::open(a)?, Openable::open(b)?];
+        let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into();
+        let maps = request.files.iter().zip(&opened).map(|(path, of)| (name(path), of.map()));
+        let page = Page {
+            maps: maps.collect(),
+            difference: Some(page_difference(&difference)),
+            limit: request.max_size,
+        };
+        page.write(file)?;
+        if file.as_os_str() == STREAM {
+            return Ok(());
+        }
+    }
     let mut output = BufWriter::new(io::stdout().lock());
     if request.json {
         serde_json::to_writer(&mut output, &outcome(&difference)).map_err(io::Error::from)?;
@@ -50,6 +68,19 @@ pub(crate) fn run(request: &Diff) -> Result<()> {
         write_text(&difference, &mut output)?;
     }
     Ok(output.flush()?)
+}
+
+fn page_difference(difference: &MapDifference) -> PageDifference {
+    PageDifference {
+        max: difference.max(),
+        mean: difference.mean,
+        worst: difference.worst.map(|WorstPixel { level, x, y, z, .. }| WorstPlace {
+            level,
+            x,
+            y,
+            z,
+        }),
+    }
 }
 
 fn outcome(difference: &MapDifference) -> Outcome {

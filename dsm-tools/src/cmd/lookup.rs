@@ -14,6 +14,7 @@ use serde::Serialize;
 
 use crate::args::{Lookup, Space};
 use crate::in_map::{InMap, empty_is, is_empty, is_part};
+use crate::input::STREAM;
 use crate::output::warnings::Warnings;
 use crate::output::{light, progress};
 use crate::parallel::with_threads;
@@ -68,13 +69,19 @@ pub(crate) fn run(request: &Lookup) -> Result<()> {
         };
         let open_s = start.elapsed().as_secs_f64();
         let seen = InMap::new(map.view()?);
-        let (points, time) = answer_all(request, &shadow, &seen)?;
+        let (points, nan, time) = answer_all(request, &shadow, &seen)?;
         let mut warnings = Warnings::new(request.strict).in_document(request.stats);
         if is_empty(&map)? && !is_part(&map) {
             warnings.add(format!("the map holds nothing: it is {}", empty_is(map.kind())));
         }
         warnings.extend(seen.warning());
         warnings.extend(map.container().remark());
+        if let Some((line, count)) = nan {
+            let are = if count == 1 { "point has" } else { "points have" };
+            warnings.add(format!(
+                "{count} {are} a coordinate that is no number (NaN), and is lit: point {line} is the first"
+            ));
+        }
         if let Method::Filter(_) = method {
             warnings.extend(wide_light::of_map(&map)?);
         }
@@ -96,19 +103,30 @@ pub(crate) fn run(request: &Lookup) -> Result<()> {
     })
 }
 
-/// Answers every point of the file on stdout. Returns how many there were, and
+/// The number of the first point with a NaN, counted from 1, and how many there are.
+type NanPoints = Option<(u64, u64)>;
+
+/// Answers every point of the file on stdout. Returns how many there were, which have a NaN, and
 /// how long their lookups took.
-fn answer_all(request: &Lookup, shadow: &Shadow, seen: &InMap) -> Result<(u64, Duration)> {
+fn answer_all(
+    request: &Lookup,
+    shadow: &Shadow,
+    seen: &InMap,
+) -> Result<(u64, NanPoints, Duration)> {
     let path = request.points.as_path();
     let (mut points, bar) = open(path, request.quiet)?;
     let mut output = BufWriter::new(io::stdout().lock());
     output.write_all(light::header(shadow.channels()))?;
-    let (mut count, mut time) = (0_u64, Duration::ZERO);
+    let (mut count, mut nan, mut time) = (0_u64, NanPoints::None, Duration::ZERO);
     let mut chunk = Vec::new();
     loop {
         points.read(&mut chunk, CHUNK).with_context(|| format!("{}", path.display()))?;
         if chunk.is_empty() {
             break;
+        }
+        for (index, _) in (1..).zip(&chunk).filter(|(_, at)| at.iter().any(|at| at.is_nan())) {
+            let (first, sum) = nan.unwrap_or((count + index, 0));
+            nan = Some((first, sum + 1));
         }
         let start = Instant::now();
         let values = match request.space {
@@ -128,7 +146,7 @@ fn answer_all(request: &Lookup, shadow: &Shadow, seen: &InMap) -> Result<(u64, D
     }
     bar.finish_and_clear();
     output.flush()?;
-    Ok((count, time))
+    Ok((count, nan, time))
 }
 
 fn write_lines(values: &Values, output: &mut impl Write) -> Result<()> {
@@ -148,8 +166,13 @@ fn write_lines(values: &Values, output: &mut impl Write) -> Result<()> {
 /// Opens the points. The bar shows how many of their bytes are read, unless the
 /// answers fill the terminal.
 fn open(path: &Path, quiet: bool) -> Result<(PointReader<impl Read>, ProgressBar)> {
-    let file = File::open(path).with_context(|| format!("cannot open {}", path.display()))?;
-    let bytes = file.metadata().map_or(0, |metadata| metadata.len());
+    let (file, bytes): (Box<dyn Read>, u64) = if path.as_os_str() == STREAM {
+        (Box::new(io::stdin()), 0)
+    } else {
+        let file = File::open(path).with_context(|| format!("cannot open {}", path.display()))?;
+        let bytes = file.metadata().map_or(0, |metadata| metadata.len());
+        (Box::new(file), bytes)
+    };
     let quiet = quiet || io::stdout().is_terminal();
     let bar = progress::bar(bytes, "looking up".to_owned(), quiet);
     let points = PointReader::new(bar.wrap_read(file));

@@ -170,23 +170,23 @@ fn print(request: &Render, report: &Report<'_>) -> Result<()> {
 }
 
 /// A picture, and what it took.
-struct Rendered {
-    image: Image,
+pub(crate) struct Rendered {
+    pub(crate) image: Image,
     biases: Option<(Bias, BiasSummary)>,
-    notes: Vec<String>,
-    map_s: f64,
-    render_s: f64,
+    pub(crate) notes: Vec<String>,
+    pub(crate) map_s: f64,
+    pub(crate) render_s: f64,
 }
 
 /// A scene that is to be rendered.
-struct RenderJob<'a> {
-    request: &'a Render,
-    scene: &'a Scene,
-    traced: &'a Arc<TracedScene>,
+pub(crate) struct RenderJob<'a> {
+    pub(crate) request: &'a Render,
+    pub(crate) scene: &'a Scene,
+    pub(crate) traced: &'a Arc<TracedScene>,
 }
 
 impl RenderJob<'_> {
-    fn run(&self, warnings: &mut Warnings) -> Result<Rendered> {
+    pub(crate) fn run(&self, warnings: &mut Warnings) -> Result<Rendered> {
         let started = Instant::now();
         // The folder goes when the picture is done.
         let (mut folder, mut bias, mut notes) = (None, None, Vec::new());
@@ -268,11 +268,22 @@ impl RenderJob<'_> {
     ) -> Result<PathBuf> {
         let made = tempfile::tempdir().context("cannot make a folder for the map")?;
         let map = folder.insert(made).path().join("map.dsm");
+        self.bake_into(method, &map, warnings)?;
+        Ok(map)
+    }
+
+    /// Bakes the map that a method reads into a file.
+    pub(crate) fn bake_into(
+        &self,
+        method: MapMethod,
+        map: &Path,
+        warnings: &mut Warnings,
+    ) -> Result<()> {
         let name = self.request.scene.to_string_lossy();
         let settings = self.settings(method)?;
-        let report = bake_scene(self.scene, &name, settings.clone(), &map, self.request.quiet)?;
+        let report = bake_scene(self.scene, &name, settings.clone(), map, self.request.quiet)?;
         warnings.extend(doubts(self.scene, &settings, &report));
-        Ok(map)
+        Ok(())
     }
 
     /// The settings of a map that is baked for a picture alone.

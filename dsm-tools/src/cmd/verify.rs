@@ -1,7 +1,7 @@
 //! `verify`: whether maps are what they should be.
 
 use std::io::{self, BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use deepshadow::ShadowMap;
@@ -12,7 +12,7 @@ use serde::Serialize;
 use crate::args::Verify;
 use crate::in_map::{empty_is, is_empty, is_part};
 use crate::output::limit;
-use crate::output::progress::Watch;
+use crate::output::progress::{self, Watch};
 use crate::output::stated::StatedReport;
 use crate::output::warnings::Warnings;
 use crate::parallel::with_threads;
@@ -43,9 +43,20 @@ struct FileOutcome {
 }
 
 pub(crate) fn run(request: &Verify) -> Result<()> {
+    let size = |path: &Path| path.metadata().map_or(0, |metadata| metadata.len());
+    let bytes = request.files.iter().map(|path| size(path)).sum();
+    // The comparison with a source has a bar of its own.
+    let quiet = request.quiet || request.against.is_some();
+    let bar = progress::bar(bytes, "verifying".to_owned(), quiet);
     let files: Vec<_> = with_threads(request.effort.threads, || {
-        Ok(request.files.iter().map(|path| check(path, request)).collect())
+        let check = |path: &PathBuf| {
+            let found = check(path, request);
+            bar.inc(size(path));
+            found
+        };
+        Ok(request.files.iter().map(check).collect())
     })?;
+    bar.finish_and_clear();
     let mut warnings = Warnings::new(request.strict);
     for FileOutcome { path, empty, remark, .. } in &files {
         warnings.extend(empty.map(|is| format!("{path}: the map holds nothing: it is {is}")));

@@ -1,5 +1,7 @@
 //! What the commands write.
 
+mod image_samples;
+pub(crate) mod image_summary;
 pub(crate) mod light;
 pub(crate) mod limit;
 pub(crate) mod picture;

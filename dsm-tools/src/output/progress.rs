@@ -45,7 +45,7 @@ impl Drop for Watch {
 pub(crate) fn bar(length: u64, what: String, quiet: bool) -> ProgressBar {
     let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
     let bar = ProgressBar::with_draw_target(Some(length), target).with_message(what);
-    match ProgressStyle::with_template("{msg} {wide_bar} {percent:>3} % {eta:>4}") {
+    match ProgressStyle::with_template("{msg} {wide_bar} {percent:>3} % {per_sec} {eta:>4} left") {
         Ok(style) => bar.with_style(style),
         Err(_) => bar,
     }

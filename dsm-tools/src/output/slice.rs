@@ -4,12 +4,12 @@ use std::io::{Cursor, Write};
 
 use anyhow::{Context, Result};
 use deepshadow::files::detail::{AnyDeepMap, TileRect};
-use deepshadow::scene::detail::srgb_code;
+use deepshadow::scene::detail::{Image, srgb_code};
 use deepshadow::visibility::detail::PixelWindow;
 use deepshadow::visibility::{DeepMap, MapInfo, Transmittance};
 use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, IntegerBounds, Layer, LayerAttributes,
-    Vec2, WritableImage,
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image as ExrImage, IntegerBounds, Layer,
+    LayerAttributes, Vec2, WritableImage,
 };
 
 /// V(z) of every pixel at one depth, a strip of rows at a time.
@@ -43,6 +43,19 @@ impl<R: Fn(TileRect) -> Result<AnyDeepMap>> Slice<R> {
             take(&values)?;
         }
         Ok(())
+    }
+
+    /// The slice as a picture.
+    pub(crate) fn image(&self) -> Result<Option<Image>> {
+        let mut pixels = Vec::new();
+        self.for_each_strip(|values| {
+            let of_strip = values.chunks_exact(self.channels);
+            pixels.extend(
+                of_strip.map(|value| [0, 1, 2].map(|at: usize| value[at.min(self.channels - 1)])),
+            );
+            Ok(())
+        })?;
+        Ok(Image::new(self.size, pixels))
     }
 
     /// The slice as an 8-bit PNG file, grey or RGB, with the sRGB curve. Holds one strip.
@@ -94,7 +107,7 @@ impl<R: Fn(TileRect) -> Result<AnyDeepMap>> Slice<R> {
             Encoding::SMALL_LOSSLESS,
             AnyChannels::sort(channels.collect()),
         );
-        let mut image = Image::from_layer(layer);
+        let mut image = ExrImage::from_layer(layer);
         // Nobody could show an empty display window.
         if let Some(display) = info.display_window.filter(|window| !window.size().contains(&0)) {
             image.attributes.display_window = bounds(display);

@@ -294,6 +294,7 @@ impl PixelSummary {
             PixelValue::Number(number) => number.to_string(),
             PixelValue::Count(count) => count.to_string(),
             PixelValue::Rgb(values) => values.map(|value| format!("{value:<12}")).concat(),
+            PixelValue::Mask(mask) => format!("{mask:#018x}"),
             _ => String::new(),
         };
         for (number, list) in contents.lists().enumerate() {

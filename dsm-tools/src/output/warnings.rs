@@ -43,6 +43,11 @@ impl Warnings {
         warnings.into_iter().for_each(|warning| self.add(warning));
     }
 
+    /// All warnings, in order.
+    pub(crate) fn lines(&self) -> &[String] {
+        &self.lines
+    }
+
     /// Ends the command.
     ///
     /// # Errors

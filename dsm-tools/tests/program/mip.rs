@@ -58,7 +58,10 @@ fn pixels_of_levels_are_shown() {
     let text = run!("inspect", map, "--pixel", "0,0", "--level", "1").stdout();
     assert!(text.contains("\n  pixel (0, 0) of level 1\n"), "{text}");
     for (arguments, refusal) in [
-        (["3,3", "1"], "pixel (3, 3) lies outside level 1 of 4 × 3 pixels"),
+        (
+            ["3,3", "1"],
+            "pixel (3, 3) lies outside level 1 of 4 × 3 pixels: columns are 0 to 3, rows 0 to 2",
+        ),
         (["0,0", "4"], "there is no level 4: the map has 4, counted from 0"),
     ] {
         let [pixel, level] = arguments;

@@ -3,8 +3,21 @@
 use crate::maps::{Folder, full_info, mono};
 use crate::run;
 
-const COMMANDS: [&str; 10] =
-    ["bake", "convert", "demo", "diff", "inspect", "lookup", "merge", "mip", "render", "verify"];
+const COMMANDS: [&str; 13] = [
+    "bake",
+    "completions",
+    "convert",
+    "demo",
+    "diff",
+    "inspect",
+    "lookup",
+    "man",
+    "merge",
+    "mip",
+    "render",
+    "report",
+    "verify",
+];
 
 #[test]
 fn help_and_version_are_no_errors() {

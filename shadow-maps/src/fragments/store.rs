@@ -193,31 +193,34 @@ impl MapKind for Fragments {
     fn contents<T: Transmittance>(tile: &FragmentTile<T>, pixel: usize) -> PixelContents {
         let fragments = tile.fragments(pixel).rev().map(|fragment| {
             let depth = fragment.w.recip();
-            ([depth; 2], fragment.opacity, fragment.coverage.count_ones())
+            ([depth; 2], fragment.opacity, fragment.coverage)
         });
-        let numbers = |opacity, covered| [PixelValue::light(opacity), PixelValue::Count(covered)];
+        let numbers = |opacity, mask: u64| {
+            let covered = PixelValue::Count(mask.count_ones());
+            [PixelValue::light(opacity), covered, PixelValue::Mask(mask)]
+        };
         let Some(media) = tile.media() else {
-            let columns = &["depth", "opacity", "covered 64ths"];
+            let columns = &["depth", "opacity", "covered 64ths", "mask"];
             let mut contents = PixelContents::new("fragments", columns);
-            for ([depth, _], opacity, covered) in fragments {
+            for ([depth, _], opacity, mask) in fragments {
                 let depth = [PixelValue::Number(depth)];
-                contents.push(depth.into_iter().chain(numbers(opacity, covered)));
+                contents.push(depth.into_iter().chain(numbers(opacity, mask)));
             }
             return contents;
         };
         let borders = media.pixel(pixel).zip(media.pixel(pixel).skip(1));
         let slabs = borders.map(|((near, _), (far, thickness))| {
             let opacity = T::from_channels(|channel| -(-thickness.channel(channel)).exp_m1());
-            ([near, far], opacity, 64)
+            ([near, far], opacity, u64::MAX)
         });
         let slabs = slabs.filter(|&(_, opacity, _)| opacity != T::splat(0.0));
         let mut rows: Vec<_> = fragments.chain(slabs).collect();
         rows.sort_by(|(a, ..), (b, ..)| a[0].total_cmp(&b[0]));
-        let columns = &["depth", "to depth", "opacity", "covered 64ths"];
+        let columns = &["depth", "to depth", "opacity", "covered 64ths", "mask"];
         let mut contents = PixelContents::new("fragments", columns);
-        for (depths, opacity, covered) in rows {
+        for (depths, opacity, mask) in rows {
             let depths = depths.map(PixelValue::Number);
-            contents.push(depths.into_iter().chain(numbers(opacity, covered)));
+            contents.push(depths.into_iter().chain(numbers(opacity, mask)));
         }
         contents
     }

@@ -138,7 +138,7 @@ fn slabs_are_shown_among_fragments() {
     let (mut slabs, mut both) = (0, 0);
     for (x, y) in (0..5).flat_map(|y| (0..6).map(move |x| (x, y))) {
         let shown = reader.contents::<Rgb>(0, [x, y]).unwrap();
-        assert_eq!(shown.columns(), ["depth", "to depth", "opacity", "covered 64ths"]);
+        assert_eq!(shown.columns(), ["depth", "to depth", "opacity", "covered 64ths", "mask"]);
         let number = |value: &PixelValue| match value {
             PixelValue::Number(number) => *number,
             other => panic!("{other:?}"),
