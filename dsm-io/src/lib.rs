@@ -85,7 +85,7 @@ pub mod detail {
         crop::Crop,
         error::{Place, Result},
         format::{
-            atomic_file::{check_output, replace_file},
+            atomic_file::{AtomicFile, check_output, replace_file},
             container::Container,
             directory::{TileDirectory, TileEntry},
             encoded_tile::EncodedTile,
@@ -105,6 +105,7 @@ pub mod detail {
             writer::KindWriter,
         },
         map_tile::MapTile,
+        merge::assemble::assemble,
         pyramid::{
             build::build_pyramid,
             source::{PixelFunctions, PyramidSource, SourceTile},

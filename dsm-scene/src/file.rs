@@ -10,13 +10,14 @@ use serde::Deserialize;
 
 use crate::builtin::builtin_scene;
 use crate::error::{Error, Place, Result};
+use crate::frame::{frame_path, has_frame};
 use crate::load::read_stage;
-use crate::load::vdb::choice::GridChoice;
 use crate::load::warnings::Warnings;
 use crate::load::{
     AnimationTime, extension, is_stage, load_curves, load_volume, read_file, read_mesh, read_shape,
 };
 use crate::scene::{Object, Scene, Shape};
+use crate::scene_options::SceneOptions;
 use crate::transform::{Motion, Transform};
 use crate::view::{Camera, Light};
 
@@ -139,6 +140,14 @@ struct ObjectTable {
     transform_end: TransformTable,
 }
 
+impl ObjectTable {
+    /// Whether a path has a place for a frame's number.
+    fn has_frame(&self) -> bool {
+        let paths = [&self.curves, &self.mesh, &self.volume, &self.usd];
+        paths.into_iter().flatten().any(|path| has_frame(path))
+    }
+}
+
 const fn upwards() -> [f64; 3] {
     [0.0, 1.0, 0.0]
 }
@@ -191,38 +200,24 @@ pub fn open_scene(path: &Path) -> Result<Scene> {
     open_scene_with(path, &SceneOptions::default())
 }
 
-/// Choices of what is read of a scene's file.
-///
-/// ```
-/// use dsm_scene::detail::SceneOptions;
-///
-/// let options = SceneOptions::default().grid("density:1".parse()?);
-/// assert_eq!(options.grid.map(|grid| grid.to_string()).as_deref(), Some("density:1"));
-/// # Ok::<(), dsm_scene::Error>(())
-/// ```
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct SceneOptions {
-    /// The grid of a volume's file that is the scene. Scene files name theirs
-    /// themselves.
-    pub grid: Option<GridChoice>,
-}
-
-impl SceneOptions {
-    /// The same with this grid of a volume's file.
-    #[must_use]
-    pub fn grid(self, grid: GridChoice) -> Self {
-        Self { grid: Some(grid) }
-    }
-}
-
 /// Opens a scene as [`open_scene`], with choices of what is read of it.
 ///
 /// # Errors
 ///
 /// Those of [`open_scene`]; [`Error::Malformed`] for a grid of a file that is no
-/// volume.
+/// volume, or a frame of a scene whose name and paths have no `#`.
 pub fn open_scene_with(path: &Path, options: &SceneOptions) -> Result<Scene> {
+    let Some(frame) = options.frame else { return open_named(path, options, false) };
+    let is_sequence = has_frame(path);
+    let path = frame_path(path, frame);
+    if !is_sequence && extension(&path).as_deref() != Some("toml") {
+        return Err(Error::malformed(Place::Named("frame".into()), NO_FRAMES));
+    }
+    open_named(&path, options, !is_sequence)
+}
+
+/// Opens a scene under its own name. `needs_frames` says that its paths have to have numbers.
+fn open_named(path: &Path, options: &SceneOptions, needs_frames: bool) -> Result<Scene> {
     if let Some(grid) = &options.grid {
         if extension(path).as_deref() != Some("vdb") {
             let reason = "only a volume's file (.vdb) has grids; a scene file has a key for it";
@@ -235,7 +230,8 @@ pub fn open_scene_with(path: &Path, options: &SceneOptions) -> Result<Scene> {
         return builtin_scene(name);
     }
     if extension(path).as_deref() == Some("toml") {
-        return read_scene(path).map_err(|error| error.in_file(path));
+        let scene = read_scene(path, options.frame, needs_frames);
+        return scene.map_err(|error| error.in_file(path));
     }
     let mut warnings = Warnings::default();
     let objects = if is_stage(path) {
@@ -246,24 +242,31 @@ pub fn open_scene_with(path: &Path, options: &SceneOptions) -> Result<Scene> {
     Ok(Scene { warnings: warnings.into_lines(), ..Scene::of_objects(objects) })
 }
 
-fn read_scene(path: &Path) -> Result<Scene> {
+/// What a scene lacks that is told a frame.
+const NO_FRAMES: &str = "neither the scene's name nor a path in it has a # for the number";
+
+fn read_scene(path: &Path, frame: Option<u32>, needs_frames: bool) -> Result<Scene> {
     let bytes = read_file(path)?;
     let text = String::from_utf8(bytes).map_err(|error| {
         let place = Place::Byte(error.utf8_error().valid_up_to() as u64);
         Error::malformed(place, "not a text in UTF-8")
     })?;
-    parse_scene(&text, path.parent().unwrap_or(Path::new("")))
+    parse_scene(&text, path.parent().unwrap_or(Path::new("")), frame, needs_frames)
 }
 
-fn parse_scene(text: &str, folder: &Path) -> Result<Scene> {
+fn parse_scene(text: &str, folder: &Path, frame: Option<u32>, needs_frames: bool) -> Result<Scene> {
     let file: SceneFile = toml::from_str(text).map_err(|error| {
         let start = error.span().map_or(0, |span| span.start.min(text.len()));
         let line = 1 + text.as_bytes()[..start].iter().filter(|&&byte| byte == b'\n').count();
         let message: Vec<&str> = error.message().split_whitespace().collect();
         Error::malformed(Place::Line(line as u64), message.join(" "))
     })?;
+    if needs_frames && !file.object.iter().any(ObjectTable::has_frame) {
+        return Err(Error::malformed(Place::Named("frame".into()), NO_FRAMES));
+    }
     let mut shapes = Shapes {
         folder,
+        frame,
         loaded: HashMap::new(),
         stages: HashMap::new(),
         warnings: Warnings::default(),
@@ -307,6 +310,8 @@ fn within(error: Error, table: &str) -> Error {
 /// Shapes from files, each read once.
 struct Shapes<'a> {
     folder: &'a Path,
+    /// The number in paths.
+    frame: Option<u32>,
     /// By path and by what they are made with.
     loaded: HashMap<(PathBuf, Option<String>), Arc<Shape>>,
     /// By path and the bits of the time.
@@ -315,13 +320,21 @@ struct Shapes<'a> {
 }
 
 impl Shapes<'_> {
+    /// Where a file is.
+    fn place(&self, path: &Path) -> PathBuf {
+        match self.frame {
+            Some(frame) => self.folder.join(frame_path(path, frame)),
+            None => self.folder.join(path),
+        }
+    }
+
     fn get(
         &mut self,
         path: &Path,
         made_with: Option<String>,
         load: impl FnOnce(&Path, &mut Warnings) -> Result<Shape>,
     ) -> Result<Arc<Shape>> {
-        let path = self.folder.join(path);
+        let path = self.place(path);
         let key = (path.clone(), made_with);
         if let Some(shape) = self.loaded.get(&key) {
             return Ok(Arc::clone(shape));
@@ -332,7 +345,7 @@ impl Shapes<'_> {
     }
 
     fn stage(&mut self, path: &Path, time: Option<f64>) -> Result<Vec<Object>> {
-        let key = (self.folder.join(path), time.map(f64::to_bits));
+        let key = (self.place(path), time.map(f64::to_bits));
         if let Some(objects) = self.stages.get(&key) {
             return Ok(objects.clone());
         }

@@ -6,7 +6,9 @@ mod in_map;
 mod interrupt;
 mod output;
 mod parallel;
+mod plan;
 mod points;
+mod positions;
 mod signals;
 mod wide_light;
 
@@ -39,6 +41,8 @@ fn main() -> ExitCode {
         Request::Lookup(request) => cmd::lookup::run(&request),
         Request::Mip(request) => cmd::mip::run(&request),
         Request::Merge(request) => cmd::merge::run(&request),
+        Request::Plan(request) => cmd::plan::run(&request),
+        Request::Step(request) => cmd::step::run(&request),
         Request::Render(request) => cmd::render::run(&request),
         Request::Verify(request) => cmd::verify::run(&request),
     });

@@ -12,9 +12,11 @@ mod layer_rule;
 mod lookup;
 mod merge;
 mod mip;
+mod plan;
 mod prefilter;
 mod render;
 mod selection;
+mod step;
 mod values;
 mod verify;
 mod version;
@@ -24,20 +26,23 @@ pub(crate) use convert::{Convert, ConvertTarget};
 pub(crate) use demo::Demo;
 pub(crate) use diff::Diff;
 pub(crate) use inspect::{Inspect, SliceFile};
-pub(crate) use lookup::{Lookup, Space};
+pub(crate) use lookup::{Lookup, Points, Space};
 pub(crate) use merge::Merge;
 pub(crate) use mip::Mip;
+pub(crate) use plan::PlanRequest;
 pub(crate) use render::{Method, Render};
+pub(crate) use step::StepRequest;
 pub(crate) use values::{ImageFile, ImageFormat, is_exr};
 pub(crate) use verify::Verify;
 
+use std::ffi::OsString;
 use std::path::Path;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 
 /// Bakes, converts, inspects, looks up, mip-maps, compares, merges, verifies and
-/// renders with deep shadow maps.
+/// renders with deep shadow maps, here or on a farm.
 #[derive(Debug, Parser)]
 #[command(name = "dsm-tools", version = version::version(), max_term_width = 100)]
 struct Arguments {
@@ -55,7 +60,9 @@ enum Command {
     Lookup(lookup::LookupFlags),
     Mip(mip::MipFlags),
     Merge(merge::MergeFlags),
+    Plan(plan::PlanFlags),
     Render(render::RenderFlags),
+    Step(step::StepFlags),
     Verify(verify::VerifyFlags),
 }
 
@@ -70,7 +77,9 @@ pub(crate) enum Request {
     Lookup(Lookup),
     Mip(Mip),
     Merge(Merge),
+    Plan(PlanRequest),
     Render(Box<Render>),
+    Step(StepRequest),
     Verify(Verify),
 }
 
@@ -93,7 +102,15 @@ impl Request {
                 let slice = inspect.slice.as_ref().map(|slice| &slice.image);
                 inspect.plot.iter().chain(slice).map(|image| image.path.as_path()).collect()
             }
-            Self::Demo(_) | Self::Diff(_) | Self::Lookup(_) | Self::Verify(_) => Vec::new(),
+            Self::Plan(plan) => {
+                let files = [Some(&plan.output), plan.slurm.as_ref(), plan.openjd.as_ref()];
+                files.into_iter().flatten().map(AsRef::as_ref).collect()
+            }
+            Self::Lookup(lookup) => match &lookup.points {
+                Points::Csv(_) => Vec::new(),
+                Points::Picture { output, .. } => vec![output],
+            },
+            Self::Demo(_) | Self::Diff(_) | Self::Step(_) | Self::Verify(_) => Vec::new(),
         }
     }
 
@@ -118,6 +135,10 @@ impl Request {
             }
             Command::Mip(flags) => Self::Mip(flags.into()),
             Command::Merge(flags) => Self::Merge(flags.into()),
+            Command::Plan(flags) => {
+                Self::Plan(flags.try_into().map_err(|error| wrong("plan", error))?)
+            }
+            Command::Step(flags) => Self::Step(flags.into()),
             Command::Render(flags) => {
                 Self::Render(Box::new(flags.try_into().map_err(|error| wrong("render", error))?))
             }
@@ -125,6 +146,14 @@ impl Request {
                 Self::Verify(flags.try_into().map_err(|error| wrong("verify", error))?)
             }
         })
+    }
+}
+
+/// The `bake` of a command line, for commands that bake.
+pub(crate) fn bake_of(arguments: impl IntoIterator<Item = OsString>) -> Result<Bake, clap::Error> {
+    match Request::of(Arguments::try_parse_from(arguments)?)? {
+        Request::Bake(bake) => Ok(*bake),
+        _ => Err(wrong("bake", "another command")),
     }
 }
 

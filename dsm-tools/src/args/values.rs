@@ -30,8 +30,13 @@ pub(super) fn grid(text: &str) -> Result<GridChoice, String> {
 }
 
 /// What is read of a scene's file.
-pub(super) fn scene_options(grid: Option<GridChoice>) -> SceneOptions {
-    grid.map_or_else(SceneOptions::default, |grid| SceneOptions::default().grid(grid))
+pub(super) fn scene_options(grid: Option<GridChoice>, frame: Option<u32>) -> SceneOptions {
+    let options =
+        grid.map_or_else(SceneOptions::default, |grid| SceneOptions::default().grid(grid));
+    match frame {
+        Some(frame) => options.frame(frame),
+        None => options,
+    }
 }
 
 /// Packings of tiles.
@@ -226,16 +231,44 @@ pub(super) fn light_size(text: &str) -> Result<[f32; 2], String> {
     }
 }
 
-/// A part of a map: x₀, y₀, x₁, y₁.
-pub(super) fn crop(text: &str) -> Result<[u32; 4], String> {
+/// A part of a map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Crop {
+    /// x₀, y₀, x₁, y₁.
+    Edges([u32; 4]),
+    /// Which one, from 1, of how many.
+    Part(u32, u32),
+}
+
+/// A part of a map: its edges, or its number and how many there are.
+pub(super) fn crop(text: &str) -> Result<Crop, String> {
+    if let Some((index, count)) = text.split_once('/') {
+        let (index, count) = (natural(index)?, natural(count)?);
+        if index == 0 || index > count {
+            return Err("parts are numbered from 1: 1/16 is the first of 16".to_owned());
+        }
+        return Ok(Crop::Part(index, count));
+    }
     let edges = text.split(',').map(natural).collect::<Result<Vec<_>, _>>()?;
-    edges.try_into().map_err(|_| "a crop is its four edges: X0,Y0,X1,Y1".to_owned())
+    let edges: Result<[u32; 4], _> = edges.try_into();
+    let reason = "a crop is its four edges, X0,Y0,X1,Y1, or a part I/N";
+    edges.map(Crop::Edges).map_err(|_| reason.to_owned())
 }
 
 /// A pixel: its column and row.
 pub(super) fn pixel(text: &str) -> Result<[u32; 2], String> {
     let (x, y) = text.split_once(',').ok_or("a pixel is its column and row: X,Y")?;
     Ok([natural(x)?, natural(y)?])
+}
+
+/// A number of bytes: 1048576, 1024K, 512M or 1G.
+pub(super) fn bytes(text: &str) -> Result<u64, String> {
+    let units = [("K", 10), ("M", 20), ("G", 30), ("T", 40)];
+    let unit = units.iter().find_map(|(name, bits)| Some((text.strip_suffix(name)?, bits)));
+    let (number, bits) = unit.unwrap_or((text, &0));
+    let number: Option<u64> = number.trim().parse().ok();
+    let bytes = number.and_then(|number| number.checked_mul(1 << bits)).filter(|&bytes| bytes > 0);
+    bytes.ok_or_else(|| format!("\"{text}\" is no number of bytes, such as 512M or 1G"))
 }
 
 fn natural(text: &str) -> Result<u32, String> {

@@ -8,5 +8,7 @@ pub(crate) mod inspect;
 pub(crate) mod lookup;
 pub(crate) mod merge;
 pub(crate) mod mip;
+pub(crate) mod plan;
 pub(crate) mod render;
+pub(crate) mod step;
 pub(crate) mod verify;

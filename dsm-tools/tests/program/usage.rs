@@ -3,8 +3,10 @@
 use crate::maps::{Folder, full_info, mono};
 use crate::run;
 
-const COMMANDS: [&str; 10] =
-    ["bake", "convert", "demo", "diff", "inspect", "lookup", "merge", "mip", "render", "verify"];
+const COMMANDS: [&str; 12] = [
+    "bake", "convert", "demo", "diff", "inspect", "lookup", "merge", "mip", "plan", "render",
+    "step", "verify",
+];
 
 #[test]
 fn help_and_version_are_no_errors() {
