@@ -63,7 +63,7 @@ pub(crate) struct PlanFlags {
     #[arg(long, value_name = "JOB.json")]
     openjd: Option<PathBuf>,
     /// What each `bake` is told, but for SCENE, -o, --crop, --frame and --threads
-    #[arg(last = true, value_name = "BAKE SWITCHES")]
+    #[arg(last = true, value_name = "BAKE")]
     bake: Vec<String>,
 }
 

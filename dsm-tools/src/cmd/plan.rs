@@ -29,7 +29,7 @@ pub(crate) fn run(request: &PlanRequest) -> Result<()> {
     }
     let files: Vec<PathBuf> =
         [Some(output), script.as_ref(), template.as_ref()].into_iter().flatten().cloned().collect();
-    let files = files.iter().map(|path| std::path::absolute(path));
+    let files = files.iter().map(std::path::absolute);
     let files = files.collect::<std::io::Result<Vec<_>>>()?;
     std::env::set_current_dir(folder)
         .with_context(|| format!("cannot enter the folder {}", folder.display()))?;

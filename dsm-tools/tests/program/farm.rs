@@ -125,7 +125,8 @@ fn plans_are_done_once_and_hold_files_to_what_they_say() {
     // What is done stays; what was changed is made again.
     assert!(!step(&[]).stdout().contains(": done"));
     fs::write(&map, b"").unwrap();
-    assert_eq!(step(&[]).stdout().matches(": done").count(), 5);
+    // Three parts and the merge, whose map is again the one that was verified.
+    assert_eq!(step(&[]).stdout().matches(": done").count(), 4);
     let left: Vec<_> = fs::read_dir(root.join("maps")).unwrap().collect();
     assert_eq!(left.len(), 4, "{left:?}");
 

@@ -33,7 +33,7 @@ impl LayeredKeys {
             return Err("layering");
         }
         let left_out = CutSum::join(crops.iter().map(|crop| crop.left_out), pixels)?;
-        Ok(Self { left_out, ..(*first).clone() })
+        Ok(Self { left_out, ..**first })
     }
 
     /// Holds the keys of a map of kind `kind` to the format's rules.
