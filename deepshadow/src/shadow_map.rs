@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use dsm_core::{MapInfo, Progress};
-use dsm_io::detail::{AnyDeepMap, Container, ErasedMap, Level, TileRect, check_bound};
+use dsm_io::detail::{AnyDeepMap, Container, Crop, ErasedMap, Level, TileRect, check_bound};
 use dsm_io::dsm_remote::is_url;
 use dsm_io::{
     Error as FileError, Limits, MapReader, MapSource, MapSummary, Metadata, PixelContents,
@@ -83,13 +83,33 @@ impl ShadowMap {
         Ok(Self { open: implementation(kind).open(container, options)?.into() })
     }
 
+    /// The part of a map that the file holds, if not a whole one.
+    #[must_use]
+    pub fn crop(&self) -> Option<Crop> {
+        self.file().crop()
+    }
+
+    /// Refuses a part of a map whose rays go through the others.
+    fn check_whole(&self) -> Result<()> {
+        if self.crop().is_none() || self.kind() == Kind::DEEP.name() {
+            return Ok(());
+        }
+        let path = self.container().path().unwrap_or(Path::new("")).to_owned();
+        let reason =
+            "it is a crop, whose rays go through the others: `merge` puts the map together";
+        Err(Error::Query { path, reason: reason.to_owned() })
+    }
+
     fn file(&self) -> &dyn ErasedMap {
         self.open.file()
     }
 
     /// What the map shows through the middle of every pixel, if its kind tells.
     pub(crate) fn texel_hits(&self) -> Option<Result<TexelHits>> {
-        self.open.texel_hits()
+        match self.check_whole() {
+            Ok(()) => self.open.texel_hits(),
+            Err(error) => Some(Err(error)),
+        }
     }
 
     /// The name of the map's kind.
@@ -102,6 +122,12 @@ impl ShadowMap {
     #[must_use]
     pub fn size(&self) -> [u32; 2] {
         [self.metadata().width, self.metadata().height]
+    }
+
+    /// Width and height of the whole map, of a crop too.
+    #[must_use]
+    pub fn whole_size(&self) -> [u32; 2] {
+        self.file().whole_size()
     }
 
     /// Numbers a value: 1 or 3.
@@ -157,6 +183,7 @@ impl ShadowMap {
     /// [`Error::Query`] for what the map cannot answer,
     /// [`Error::File`] for tiles that are damaged.
     pub fn shadow(&self, query: &Query) -> Result<Shadow> {
+        self.check_whole()?;
         self.open.shadow(query)
     }
 
@@ -177,6 +204,7 @@ impl ShadowMap {
     /// [`Error::Query`] for maps of other kinds or numbers of channels, else as
     /// [`Self::shadow`].
     pub fn hybrid_shadow_of_maps(&self, near: &Self, query: &Query) -> Result<Shadow> {
+        near.check_whole()?;
         self.hybrid(query, &Near::Map(&*near.open))
     }
 

@@ -200,10 +200,7 @@ where
     write.codec = options.codec;
     let mut writer = match settings.crop {
         None => MapWriter::create(output, metadata, write)?,
-        Some([x, y, right, bottom]) => {
-            let crop = Crop { x, y, width: right - x, height: bottom - y };
-            MapWriter::create_crop(output, metadata, crop, write)?
-        }
+        Some(crop) => MapWriter::create_crop(output, metadata, Crop::of_edges(crop), write)?,
     };
     let hits = match &options.pyramid {
         None => write_tiles(baker, &mut writer, options, watch)?,

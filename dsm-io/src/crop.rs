@@ -26,6 +26,16 @@ pub struct Crop {
 }
 
 impl Crop {
+    /// The pixels from (x₀, y₀) up to (x₁, y₁), which is no longer one of them.
+    ///
+    /// # Panics
+    ///
+    /// In debug builds, if x₁ < x₀ or y₁ < y₀: settings are checked before.
+    #[must_use]
+    pub const fn of_edges([x, y, right, bottom]: [u32; 4]) -> Self {
+        Self { x, y, width: right - x, height: bottom - y }
+    }
+
     /// What a file holds whose level 0 is `level`, of a map of `whole` pixels;
     /// `None` if that is the whole map.
     pub(crate) fn of_level(

@@ -91,7 +91,7 @@ pub mod detail {
         crop::Crop,
         error::{Place, Result},
         format::{
-            atomic_file::{check_output, replace_file},
+            atomic_file::{AtomicFile, check_output, replace_file},
             container::Container,
             directory::{TileDirectory, TileEntry},
             encoded_tile::EncodedTile,
@@ -111,6 +111,7 @@ pub mod detail {
             writer::KindWriter,
         },
         map_tile::MapTile,
+        merge::assemble::assemble,
         pyramid::{
             build::build_pyramid,
             source::{PixelFunctions, PyramidSource, SourceTile},

@@ -75,9 +75,8 @@ impl MapWriter {
         metadata: Metadata,
         options: WriteOptions,
     ) -> Result<Self> {
-        let tolerance = metadata.info.tolerance.epsilon();
-        let level = Level::new(metadata.width, metadata.height, options.tile_size, tolerance);
-        Self::start(path.as_ref(), metadata, level, options)
+        let file = KindWriter::create(path, metadata, &DeepKeys {}, options)?;
+        Ok(Self { file, is_crop: false })
     }
 
     /// Starts a file that holds a part of a map, whose whole the metadata
@@ -114,24 +113,10 @@ impl MapWriter {
         crop: Crop,
         options: WriteOptions,
     ) -> Result<Self> {
-        let past = |_| Error::setting("a crop must begin before pixel 2³¹");
-        let tolerance = metadata.info.tolerance.epsilon();
-        let level = Level {
-            x: crop.x.try_into().map_err(past)?,
-            y: crop.y.try_into().map_err(past)?,
-            ..Level::new(crop.width, crop.height, options.tile_size, tolerance)
-        };
-        Self::start(path.as_ref(), metadata, level, options)
-    }
-
-    fn start(path: &Path, metadata: Metadata, level: Level, options: WriteOptions) -> Result<Self> {
-        if let Some(rule) = level.broken_rule() {
-            return Err(Error::setting(rule));
-        }
-        let whole = [metadata.width, metadata.height];
-        let is_crop = Crop::of_level(&level, whole).map_err(Error::setting)?.is_some();
-        let file = KindWriter::start(path, metadata, &DeepKeys {}, level, options)?;
-        Ok(Self { file, is_crop })
+        let whole = Crop { x: 0, y: 0, width: metadata.width, height: metadata.height };
+        let part = Some(crop).filter(|crop| *crop != whole);
+        let file = KindWriter::create_part(path, metadata, part, &DeepKeys {}, options)?;
+        Ok(Self { file, is_crop: part.is_some() })
     }
 
     /// Adds a level, such as the next of a pyramid, and returns its index.

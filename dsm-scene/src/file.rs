@@ -10,14 +10,15 @@ use serde::Deserialize;
 
 use crate::builtin::builtin_scene;
 use crate::error::{Error, Place, Result};
+use crate::frame::{frame_path, has_frame};
 use crate::load::library::Library;
 use crate::load::read_stage;
-use crate::load::vdb::choice::GridChoice;
 use crate::load::warnings::Warnings;
 use crate::load::{
     AnimationTime, extension, is_stage, read_curves, read_file, read_mesh, read_shape, read_volume,
 };
 use crate::scene::{Object, Scene, Shape};
+use crate::scene_options::SceneOptions;
 use crate::transform::{Motion, Transform};
 use crate::view::{Camera, Light};
 
@@ -140,6 +141,14 @@ struct ObjectTable {
     transform_end: TransformTable,
 }
 
+impl ObjectTable {
+    /// Whether a path has a place for a frame's number.
+    fn has_frame(&self) -> bool {
+        let paths = [&self.curves, &self.mesh, &self.volume, &self.usd];
+        paths.into_iter().flatten().any(|path| has_frame(path))
+    }
+}
+
 const fn upwards() -> [f64; 3] {
     [0.0, 1.0, 0.0]
 }
@@ -192,56 +201,39 @@ pub fn open_scene(path: &Path) -> Result<Scene> {
     open_scene_with(path, &SceneOptions::default())
 }
 
-/// Choices of what is read of a scene's file.
-///
-/// ```
-/// use dsm_scene::detail::SceneOptions;
-///
-/// let options = SceneOptions::default().grid("density:1".parse()?);
-/// assert_eq!(options.grid.map(|grid| grid.to_string()).as_deref(), Some("density:1"));
-/// # Ok::<(), dsm_scene::Error>(())
-/// ```
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct SceneOptions {
-    /// The grid of a volume's file that is the scene. Scene files name theirs
-    /// themselves.
-    pub grid: Option<GridChoice>,
-    /// The most bytes that the scene may take ([`Scene::memory`]); any number without.
-    pub memory: Option<u64>,
-}
-
-impl SceneOptions {
-    /// The same with this grid of a volume's file.
-    #[must_use]
-    pub fn grid(self, grid: GridChoice) -> Self {
-        Self { grid: Some(grid), ..self }
-    }
-
-    /// The same for a scene that takes at most so many bytes.
-    #[must_use]
-    pub fn memory(self, bytes: u64) -> Self {
-        Self { memory: Some(bytes), ..self }
-    }
-}
-
 /// Opens a scene as [`open_scene`], with choices of what is read of it.
 ///
 /// # Errors
 ///
 /// Those of [`open_scene`]; [`Error::Malformed`] for a grid of a file that is no
-/// volume; [`Error::Memory`], before the memory is taken, for a scene that needs more
-/// than it may take.
+/// volume, or a frame of a scene whose name and paths have no `#`; [`Error::Memory`],
+/// before the memory is taken, for a scene that needs more than it may take.
 pub fn open_scene_with(path: &Path, options: &SceneOptions) -> Result<Scene> {
     let library = Library::new(options.memory.unwrap_or(u64::MAX));
-    let scene = read_any(path, options, &library)?;
+    let scene = match options.frame {
+        None => open_named(path, options, false, &library)?,
+        Some(frame) => {
+            let is_sequence = has_frame(path);
+            let path = frame_path(path, frame);
+            if !is_sequence && extension(&path).as_deref() != Some("toml") {
+                return Err(Error::malformed(Place::Named("frame".into()), NO_FRAMES));
+            }
+            open_named(&path, options, !is_sequence, &library)?
+        }
+    };
     let (files, limit) = library.into_memory();
     let scene = Scene { files, ..scene };
     scene.memory().check("", 0, limit)?;
     Ok(scene)
 }
 
-fn read_any(path: &Path, options: &SceneOptions, library: &Library) -> Result<Scene> {
+/// Opens a scene under its own name. `needs_frames` says that its paths have to have numbers.
+fn open_named(
+    path: &Path,
+    options: &SceneOptions,
+    needs_frames: bool,
+    library: &Library,
+) -> Result<Scene> {
     if let Some(grid) = &options.grid {
         if extension(path).as_deref() != Some("vdb") {
             let reason = "only a volume's file (.vdb) has grids; a scene file has a key for it";
@@ -254,7 +246,8 @@ fn read_any(path: &Path, options: &SceneOptions, library: &Library) -> Result<Sc
         return builtin_scene(name);
     }
     if extension(path).as_deref() == Some("toml") {
-        return read_scene(path, library).map_err(|error| error.in_file(path));
+        let scene = read_scene(path, options.frame, needs_frames, library);
+        return scene.map_err(|error| error.in_file(path));
     }
     let mut warnings = Warnings::default();
     let objects = if is_stage(path) {
@@ -265,24 +258,43 @@ fn read_any(path: &Path, options: &SceneOptions, library: &Library) -> Result<Sc
     Ok(Scene { warnings: warnings.into_lines(), ..Scene::of_objects(objects) })
 }
 
-fn read_scene(path: &Path, library: &Library) -> Result<Scene> {
+/// What a scene lacks that is told a frame.
+const NO_FRAMES: &str = "neither the scene's name nor a path in it has a # for the number";
+
+fn read_scene(
+    path: &Path,
+    frame: Option<u32>,
+    needs_frames: bool,
+    library: &Library,
+) -> Result<Scene> {
     let bytes = read_file(path)?;
     let text = String::from_utf8(bytes).map_err(|error| {
         let place = Place::Byte(error.utf8_error().valid_up_to() as u64);
         Error::malformed(place, "not a text in UTF-8")
     })?;
-    parse_scene(&text, path.parent().unwrap_or(Path::new("")), library)
+    let folder = path.parent().unwrap_or(Path::new(""));
+    parse_scene(&text, folder, frame, needs_frames, library)
 }
 
-fn parse_scene(text: &str, folder: &Path, library: &Library) -> Result<Scene> {
+fn parse_scene(
+    text: &str,
+    folder: &Path,
+    frame: Option<u32>,
+    needs_frames: bool,
+    library: &Library,
+) -> Result<Scene> {
     let file: SceneFile = toml::from_str(text).map_err(|error| {
         let start = error.span().map_or(0, |span| span.start.min(text.len()));
         let line = 1 + text.as_bytes()[..start].iter().filter(|&&byte| byte == b'\n').count();
         let message: Vec<&str> = error.message().split_whitespace().collect();
         Error::malformed(Place::Line(line as u64), message.join(" "))
     })?;
+    if needs_frames && !file.object.iter().any(ObjectTable::has_frame) {
+        return Err(Error::malformed(Place::Named("frame".into()), NO_FRAMES));
+    }
     let mut shapes = Shapes {
         folder,
+        frame,
         library,
         loaded: HashMap::new(),
         stages: HashMap::new(),
@@ -328,6 +340,8 @@ fn within(error: Error, table: &str) -> Error {
 /// Shapes from files, each read once.
 struct Shapes<'a> {
     folder: &'a Path,
+    /// The number in paths.
+    frame: Option<u32>,
     library: &'a Library,
     /// By path and by what they are made with.
     loaded: HashMap<(PathBuf, Option<String>), Arc<Shape>>,
@@ -339,13 +353,21 @@ struct Shapes<'a> {
 }
 
 impl Shapes<'_> {
+    /// Where a file is.
+    fn place(&self, path: &Path) -> PathBuf {
+        match self.frame {
+            Some(frame) => self.folder.join(frame_path(path, frame)),
+            None => self.folder.join(path),
+        }
+    }
+
     fn get(
         &mut self,
         path: &Path,
         made_with: Option<String>,
         load: impl FnOnce(&Path, &Library, &mut Warnings) -> Result<Shape>,
     ) -> Result<Arc<Shape>> {
-        let path = self.folder.join(path);
+        let path = self.place(path);
         let key = (path.clone(), made_with);
         if let Some(shape) = self.loaded.get(&key) {
             return Ok(Arc::clone(shape));
@@ -356,7 +378,7 @@ impl Shapes<'_> {
     }
 
     fn stage(&mut self, path: &Path, time: Option<f64>) -> Result<Vec<Object>> {
-        let key = (self.folder.join(path), time.map(f64::to_bits));
+        let key = (self.place(path), time.map(f64::to_bits));
         if let Some(objects) = self.stages.get(&key) {
             return Ok(objects.clone());
         }

@@ -25,6 +25,7 @@ mod builtin;
 mod curves;
 mod error;
 mod file;
+mod frame;
 mod hit_source;
 mod load;
 mod mesh;
@@ -33,6 +34,7 @@ mod reference;
 mod render;
 mod scene;
 mod scene_memory;
+mod scene_options;
 mod trace;
 mod transform;
 mod view;
@@ -62,7 +64,8 @@ pub mod detail {
         bounds::Bounds,
         builtin::BUILTIN_SCENES,
         error::{Place, Result},
-        file::{SceneOptions, open_scene_with},
+        file::open_scene_with,
+        frame::{frame_path, has_frame},
         hit_source::SceneHitSource,
         load::{
             load_curves, load_mesh, load_shape, load_volume,
@@ -78,6 +81,7 @@ pub mod detail {
             png::srgb_code,
             renderer::{RenderSettings, Renderer},
         },
+        scene_options::SceneOptions,
         trace::traced_scene::Tracer,
         view::Camera,
     };

@@ -11,7 +11,9 @@ mod openable;
 mod output;
 mod page;
 mod parallel;
+mod plan;
 mod points;
+mod positions;
 mod report;
 mod signals;
 mod usage;
@@ -51,6 +53,8 @@ fn main() -> ExitCode {
         Request::Man(request) => cmd::man::run(&request),
         Request::Mip(request) => cmd::mip::run(&request),
         Request::Merge(request) => cmd::merge::run(&request),
+        Request::Plan(request) => cmd::plan::run(&request),
+        Request::Step(request) => cmd::step::run(&request),
         Request::Render(request) => cmd::render::run(&request),
         Request::Report(request) => cmd::report::run(&request),
         Request::Verify(request) => cmd::verify::run(&request),

@@ -8,6 +8,7 @@
 //! Shadow Maps*, EGSR 2007, §4.3 and §6.1).
 
 mod coherence;
+mod cut_layers;
 mod layering;
 mod light_frame;
 mod light_mean;
@@ -32,6 +33,7 @@ pub mod detail {
             settings::{CoherenceSettings, MOST_CELLS},
             statistics::CoherenceStatistics,
         },
+        cut_layers::{CutLayers, CutSum},
         layering::Layering,
         light_frame::LightFrame,
         light_mean::LightMean,

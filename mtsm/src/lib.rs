@@ -41,7 +41,7 @@ pub mod detail {
         soft_pcf::{FilteredLayers, SoftPercentageCloser},
         store::{
             bake::{bake_layers, bake_mtsm},
-            keys::{LayeredKeys, LeftOut},
+            keys::LayeredKeys,
             layers::Layers,
             mtsm::Mtsm,
         },

@@ -31,7 +31,7 @@ pub mod detail {
             builder::{FragmentBuilder, FragmentCounts},
             columns::FragmentColumns,
             fragment::Fragment,
-            keys::{Folded, FragmentKeys, MediaKeys},
+            keys::{FragmentKeys, MediaKeys},
             map::FragmentMap,
             media::columns::MediaColumns,
             store::Fragments,

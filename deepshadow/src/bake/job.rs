@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 
 use dsm_core::detail::Quantization;
 use dsm_core::{LightExtent, Progress, Rgb, Tolerance, Transmittance, ViewRaster};
+use dsm_io::detail::Crop;
 use dsm_io::{Codec, Metadata};
 use dsm_scene::Light;
 
@@ -87,6 +88,11 @@ impl Job<'_> {
             }
             (None, None) => Quantization::default(),
         }))
+    }
+
+    /// The part of the map that is baked, if not all of it.
+    pub(crate) fn crop(&self) -> Option<Crop> {
+        self.settings.crop.map(Crop::of_edges)
     }
 
     /// Tells the caller how far the bake has come.

@@ -2,6 +2,7 @@
 
 mod job;
 pub(crate) mod occluders;
+mod parts;
 pub(crate) mod report;
 pub(crate) mod settings;
 

@@ -211,6 +211,12 @@ impl Bake {
         Self { pyramid: Some(pyramid), ..self }
     }
 
+    /// Sets the part to bake: x₀, y₀, x₁, y₁, half-open, on borders of tiles.
+    #[must_use]
+    pub fn with_crop(self, crop: impl Into<Option<[u32; 4]>>) -> Self {
+        Self { crop: crop.into(), ..self }
+    }
+
     /// Sets something else that the header shall say.
     #[must_use]
     pub fn with_attribute(mut self, name: &str, attribute: Attribute) -> Self {

@@ -4,15 +4,15 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use dsm_core::{AreaLight, LightExtent, Progress, Rgb, Tolerance, Transmittance, ViewRaster};
-use dsm_io::WriteOptions;
 use dsm_io::detail::{CachedMap, Container, ErasedMap};
+use dsm_io::{Limits, MergeReport, WriteOptions};
 use shadow_maps::detail::{
     Attenuation as AttenuationKind, AttenuationBuilder, AttenuationShadow, CachedAttenuation,
     write_attenuation,
 };
 
 use super::layers::check_surfaces;
-use super::shadow_kind::{ShadowKind, refuse};
+use super::shadow_kind::{ShadowKind, join, refuse};
 use crate::bake::Job;
 use crate::bake::occluders::AnyHitSource;
 use crate::bake::report::BakeReport;
@@ -20,6 +20,7 @@ use crate::bake::settings::Bake;
 use crate::error::{Error, Result};
 use crate::file::open_options::OpenOptions;
 use crate::file::{CachedFile, OpenMap};
+use crate::merge::MergeSettings;
 use crate::query::attenuation_method::AttenuationMethod;
 use crate::query::method::Method;
 use crate::query::settings::Query;
@@ -47,11 +48,26 @@ impl ShadowKind for Attenuation {
             let reason = "an attenuation map is of one point of its light or more";
             return Err(Error::Unsupported(reason.to_owned()));
         }
+        if settings.crop.is_some() {
+            let reason = "--crop: each pixel of a map of kind attenuation takes what all points of \
+                          the light see, so that a part costs as much as the whole: bake it whole";
+            return Err(Error::Unsupported(reason.to_owned()));
+        }
         check_surfaces(settings)
     }
 
     fn has_light_samples(&self) -> bool {
         true
+    }
+
+    fn merge(
+        &self,
+        maps: Vec<Container>,
+        limits: &Limits,
+        output: &Path,
+        settings: &mut MergeSettings<'_>,
+    ) -> Result<MergeReport> {
+        join::<AttenuationKind>(maps, limits, output, settings)
     }
 
     fn open(&self, container: Container, options: &OpenOptions) -> Result<Box<dyn OpenMap>> {

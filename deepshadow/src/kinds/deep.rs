@@ -5,7 +5,7 @@ use std::path::Path;
 use dsm_core::detail::Quantization;
 use dsm_core::{BakeSettings, Baker, PixelSampling, Side, Tolerance, Transmittance, ViewRaster};
 use dsm_io::detail::{BakeOptions, Container, ErasedMap};
-use dsm_io::{Codec, ConvertOptions, WriteOptions};
+use dsm_io::{Codec, ConvertOptions, Limits, MapReader, MergeReport, WriteOptions};
 
 use super::shadow_kind::{ShadowKind, refuse};
 use crate::bake::occluders::AnyHitSource;
@@ -16,6 +16,7 @@ use crate::error::{Error, Result};
 use crate::file::open_options::OpenOptions;
 use crate::file::texel_hits::{self, TexelHits};
 use crate::file::{CachedFile, OpenMap};
+use crate::merge::MergeSettings;
 use crate::query::filter_method::FilterMethod;
 use crate::query::method::Method;
 use crate::query::settings::Query;
@@ -59,6 +60,18 @@ impl ShadowKind for Deep {
         }
         PixelSampling::new(settings.samples.unwrap_or(SAMPLES), settings.seed)?;
         Ok(())
+    }
+
+    fn merge(
+        &self,
+        maps: Vec<Container>,
+        limits: &Limits,
+        output: &Path,
+        settings: &mut MergeSettings<'_>,
+    ) -> Result<MergeReport> {
+        let maps = maps.into_iter().map(|map| MapReader::new(map, limits));
+        let maps = maps.collect::<std::result::Result<Vec<_>, _>>()?;
+        Ok(dsm_io::merge(&maps, output, settings.tolerance, &mut *settings.watch)?)
     }
 
     fn open(&self, container: Container, options: &OpenOptions) -> Result<Box<dyn OpenMap>> {

@@ -3,14 +3,14 @@
 use std::path::Path;
 
 use dsm_core::{Transmittance, ViewRaster};
-use dsm_io::WriteOptions;
 use dsm_io::detail::{CachedMap, Container, ErasedMap};
+use dsm_io::{Limits, MergeReport, WriteOptions};
 use shadow_maps::detail::{
     CollectedHits, FragmentBuilder, FragmentTracer, Fragments as FragmentsKind, bake_fragments,
 };
 
 use super::layered::{self, BakeFromBehind};
-use super::shadow_kind::{ShadowKind, refuse};
+use super::shadow_kind::{ShadowKind, join, refuse};
 use crate::bake::Job;
 use crate::bake::occluders::AnyHitSource;
 use crate::bake::report::BakeReport;
@@ -19,6 +19,7 @@ use crate::error::{Error, Result};
 use crate::file::open_options::OpenOptions;
 use crate::file::texel_hits::{self, TexelHits};
 use crate::file::{AnyTracer, CachedFile, OpenMap};
+use crate::merge::MergeSettings;
 use crate::query::method::Method;
 use crate::query::settings::Query;
 use crate::query::trace_method::{FarTable, TraceMethod};
@@ -45,6 +46,16 @@ impl ShadowKind for Fragments {
             return refuse("--resets", "mtsm");
         }
         layered::check(settings)
+    }
+
+    fn merge(
+        &self,
+        maps: Vec<Container>,
+        limits: &Limits,
+        output: &Path,
+        settings: &mut MergeSettings<'_>,
+    ) -> Result<MergeReport> {
+        join::<FragmentsKind>(maps, limits, output, settings)
     }
 
     fn open(&self, container: Container, options: &OpenOptions) -> Result<Box<dyn OpenMap>> {
@@ -78,10 +89,14 @@ impl BakeFromBehind for Fragments {
         let describe = |metadata: &mut _| job.describe(metadata);
         let options =
             WriteOptions::default().with_tile_size(asked.tile_size).with_packing(asked.packing);
-        let (baked, tolerance) =
-            bake_fragments::<T, _>(&builder, &source, output, options, describe, |at| {
-                job.watch(at)
-            })?;
+        let (baked, tolerance) = bake_fragments::<T, _>(
+            &builder,
+            &source,
+            (output, job.crop()),
+            options,
+            describe,
+            |at| job.watch(at),
+        )?;
         Ok(job.report::<T>(coverage * coverage, tolerance, baked))
     }
 }

@@ -34,9 +34,6 @@ pub(super) fn check(settings: &Bake) -> Result<()> {
     if settings.pyramid.is_some() {
         return refuse("--mip", "deep");
     }
-    if settings.crop.is_some() {
-        return refuse("--crop", "deep");
-    }
     if settings.codec == Codec::Quantized {
         return refuse("--codec quantized", "deep");
     }
@@ -98,6 +95,7 @@ pub(super) fn settings(
     let asked = job.settings;
     let mut bake = BakeSettings::new(asked.resolution)?;
     bake.tile_size = asked.tile_size;
+    bake.crop = asked.crop;
     bake.sampling = match asked.samples {
         None | Some(1) => PixelSampling::centre(),
         Some(samples) => PixelSampling::new(samples, asked.seed)?,

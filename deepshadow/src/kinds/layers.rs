@@ -4,11 +4,12 @@ use std::path::Path;
 
 use dsm_core::{Tolerance, Transmittance, ViewRaster};
 use dsm_io::detail::Container;
+use dsm_io::{Limits, MergeReport};
 use mtsm::MultilayerBaker;
 use mtsm::detail::bake_layers;
 
 use super::layered::{self, BakeFromBehind};
-use super::shadow_kind::{ShadowKind, refuse};
+use super::shadow_kind::{ShadowKind, join, refuse};
 use crate::bake::Job;
 use crate::bake::occluders::AnyHitSource;
 use crate::bake::report::BakeReport;
@@ -16,6 +17,7 @@ use crate::bake::settings::Bake;
 use crate::error::{Error, Result};
 use crate::file::open_options::OpenOptions;
 use crate::file::{CachedFile, OpenMap};
+use crate::merge::MergeSettings;
 
 /// The first hits of every pixel's centre.
 pub(super) struct Layers;
@@ -26,6 +28,16 @@ impl ShadowKind for Layers {
             return refuse("--coverage", "fragments");
         }
         check_surfaces(settings)
+    }
+
+    fn merge(
+        &self,
+        maps: Vec<Container>,
+        limits: &Limits,
+        output: &Path,
+        settings: &mut MergeSettings<'_>,
+    ) -> Result<MergeReport> {
+        join::<mtsm::detail::Layers>(maps, limits, output, settings)
     }
 
     fn open(&self, container: Container, options: &OpenOptions) -> Result<Box<dyn OpenMap>> {

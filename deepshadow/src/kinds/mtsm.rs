@@ -4,11 +4,12 @@ use std::path::Path;
 
 use dsm_core::{Transmittance, ViewRaster};
 use dsm_io::detail::Container;
+use dsm_io::{Limits, MergeReport};
 use mtsm::detail::bake_mtsm;
 use mtsm::{MultilayerBaker, MultilayerSettings};
 
 use super::layered::{self, BakeFromBehind};
-use super::shadow_kind::{ShadowKind, refuse};
+use super::shadow_kind::{ShadowKind, join, refuse};
 use crate::bake::Job;
 use crate::bake::occluders::AnyHitSource;
 use crate::bake::report::BakeReport;
@@ -16,6 +17,7 @@ use crate::bake::settings::Bake;
 use crate::error::Result;
 use crate::file::open_options::OpenOptions;
 use crate::file::{CachedFile, OpenMap};
+use crate::merge::MergeSettings;
 
 /// Runs of compressed layers with counts.
 pub(super) struct Mtsm;
@@ -26,6 +28,16 @@ impl ShadowKind for Mtsm {
             return refuse("--coverage", "fragments");
         }
         layered::check(settings)
+    }
+
+    fn merge(
+        &self,
+        maps: Vec<Container>,
+        limits: &Limits,
+        output: &Path,
+        settings: &mut MergeSettings<'_>,
+    ) -> Result<MergeReport> {
+        join::<mtsm::detail::Mtsm>(maps, limits, output, settings)
     }
 
     fn open(&self, container: Container, options: &OpenOptions) -> Result<Box<dyn OpenMap>> {

@@ -5,8 +5,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use dsm_core::{OcclusionTracer, Rgb, Tolerance, Transmittance, ViewRaster};
-use dsm_io::WriteOptions;
 use dsm_io::detail::{CachedMap, Container, ErasedMap};
+use dsm_io::{Limits, MergeReport, WriteOptions};
 use dsm_scene::detail::SceneReference;
 use shadow_maps::detail::{
     CachedPrefiltered, HybridShadow, ListBuilder, Prefiltered as PrefilteredKind,
@@ -15,7 +15,7 @@ use shadow_maps::detail::{
 
 use super::layered;
 use super::layers::check_surfaces;
-use super::shadow_kind::{ShadowKind, refuse};
+use super::shadow_kind::{ShadowKind, join, refuse};
 use crate::bake::occluders::AnyHitSource;
 use crate::bake::report::BakeReport;
 use crate::bake::settings::Bake;
@@ -23,6 +23,7 @@ use crate::bake::{Job, Seen};
 use crate::error::{Error, Result};
 use crate::file::open_options::OpenOptions;
 use crate::file::{AnyTracer, CachedFile, Near, OpenMap};
+use crate::merge::MergeSettings;
 use crate::query::hybrid_method::HybridMethod;
 use crate::query::method::Method;
 use crate::query::prefilter_method::PrefilterMethod;
@@ -38,11 +39,27 @@ impl ShadowKind for Prefiltered {
         if settings.coverage.is_some() {
             return refuse("--coverage", "fragments");
         }
+        if settings.crop.is_some() {
+            let reason = "--crop: levels of a prefiltered map reach across it: bake crops of kind \
+                          fragments or layers, merge them, and bake the merged map to --kind \
+                          prefiltered";
+            return Err(Error::Unsupported(reason.to_owned()));
+        }
         check_surfaces(settings)
     }
 
     fn is_filtered(&self) -> bool {
         true
+    }
+
+    fn merge(
+        &self,
+        maps: Vec<Container>,
+        limits: &Limits,
+        output: &Path,
+        settings: &mut MergeSettings<'_>,
+    ) -> Result<MergeReport> {
+        join::<PrefilteredKind>(maps, limits, output, settings)
     }
 
     fn open(&self, container: Container, options: &OpenOptions) -> Result<Box<dyn OpenMap>> {

@@ -4,14 +4,14 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use dsm_core::{Progress, Rgb, Tolerance, Transmittance, ViewRaster};
-use dsm_io::WriteOptions;
 use dsm_io::detail::{Container, ErasedMap};
+use dsm_io::{Limits, MergeReport, WriteOptions};
 use dsm_trace::detail::CoherentShadow;
 use shadow_maps::detail::{Views as ViewsKind, ViewsBuilder, ViewsTracer, view_points};
 
 use super::layered;
 use super::layers::check_surfaces;
-use super::shadow_kind::{ShadowKind, refuse};
+use super::shadow_kind::{ShadowKind, join, refuse};
 use crate::bake::Job;
 use crate::bake::occluders::AnyHitSource;
 use crate::bake::report::BakeReport;
@@ -19,6 +19,7 @@ use crate::bake::settings::{Bake, Channels};
 use crate::error::{Error, Result};
 use crate::file::open_options::OpenOptions;
 use crate::file::{CachedFile, OpenMap};
+use crate::merge::MergeSettings;
 use crate::query::method::Method;
 use crate::query::settings::Query;
 use crate::query::trace_method::TraceMethod;
@@ -52,6 +53,16 @@ impl ShadowKind for Views {
         true
     }
 
+    fn merge(
+        &self,
+        maps: Vec<Container>,
+        limits: &Limits,
+        output: &Path,
+        settings: &mut MergeSettings<'_>,
+    ) -> Result<MergeReport> {
+        join::<ViewsKind>(maps, limits, output, settings)
+    }
+
     fn open(&self, container: Container, options: &OpenOptions) -> Result<Box<dyn OpenMap>> {
         Ok(Box::new(CachedFile::<ViewsKind>::open(container, options)?))
     }
@@ -78,14 +89,15 @@ fn bake<'a, T: Transmittance>(
     output: &Path,
 ) -> Result<BakeReport> {
     let asked = job.settings;
-    let mut builder = ViewsBuilder::new(view.shadow_camera(), asked.resolution)?;
+    let mut builder =
+        ViewsBuilder::new(view.shadow_camera(), asked.resolution)?.with_crop(job.crop());
     let light = builder.frame().area_light(job.extent);
     // Of a sphere the disk that the middle of the map sees.
     let before = light.centre() - view.basis().z_axis;
     let points = view_points(&light, before, asked.views.unwrap_or(VIEWS));
     let count = points.len() as u32;
     builder.check_count(count.into())?;
-    let rows = u64::from(asked.resolution[1].div_ceil(16));
+    let rows = u64::from(builder.rows());
     for (number, eye) in (0..).zip(points) {
         let view = view.at_eye(eye);
         let source = look(&view)?;

@@ -30,7 +30,7 @@ impl OutputFile for File {
 /// A process that is killed leaves its temporary file. Whoever writes holds a
 /// lock on theirs, which ends with the process: what nobody holds is removed
 /// when a file of the same name is written next.
-pub(crate) struct AtomicFile {
+pub struct AtomicFile {
     file: BufWriter<NamedTempFile<Box<dyn OutputFile>>>,
     path: PathBuf,
     /// Where `path` leads, through symbolic links.
@@ -42,7 +42,11 @@ const BUFFER_BYTES: usize = 1 << 18;
 
 impl AtomicFile {
     /// Starts a file that will replace `path`, which may not exist yet.
-    pub(crate) fn create(path: &Path) -> Result<Self> {
+    ///
+    /// # Errors
+    ///
+    /// [`Error::File`] if none can be made there.
+    pub fn create(path: &Path) -> Result<Self> {
         Self::create_with(path, |file| Box::new(file))
     }
 
@@ -79,7 +83,11 @@ impl AtomicFile {
 
     /// Overwrites the file's first bytes with `start` and puts the file in
     /// its place, safe on the disk.
-    pub(crate) fn commit(mut self, start: &[u8]) -> Result<()> {
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`] if it cannot be written or moved; what had its name stays then.
+    pub fn commit(mut self, start: &[u8]) -> Result<()> {
         self.file.seek(SeekFrom::Start(0)).map_err(Error::io("write"))?;
         self.file.write_all(start).map_err(Error::io("write"))?;
         let mut temporary =

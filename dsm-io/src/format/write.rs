@@ -91,6 +91,13 @@ impl ContainerWriter {
         Ok(index)
     }
 
+    /// Sets the tolerance of a level, which tiles that follow have to keep.
+    pub(crate) fn set_tolerance(&mut self, level: u32, tolerance: f32) {
+        if let Some(level) = self.levels.get_mut(level as usize) {
+            level.tolerance = tolerance;
+        }
+    }
+
     /// The levels added so far.
     #[must_use]
     pub fn levels(&self) -> &[Level] {

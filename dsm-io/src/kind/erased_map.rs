@@ -11,6 +11,7 @@ use super::pixel_contents::PixelContents;
 use super::reader::KindReader;
 use super::summary::MapSummary;
 use crate::any_deep_map::AnyDeepMap;
+use crate::crop::Crop;
 use crate::error::{Error, Result};
 use crate::format::container::Container;
 use crate::metadata::Metadata;
@@ -31,6 +32,12 @@ pub trait ErasedMap: Any + Debug + Send + Sync {
 
     /// The map's metadata ([`KindReader::metadata`]).
     fn metadata(&self) -> &Metadata;
+
+    /// The part of a map that the file holds, if not a whole one.
+    fn crop(&self) -> Option<Crop>;
+
+    /// Width and height of the whole map, of a crop too.
+    fn whole_size(&self) -> [u32; 2];
 
     /// The metadata that only maps of its kind have, as one JSON object.
     ///
@@ -114,6 +121,15 @@ impl<K: MapKind> ErasedMap for KindReader<K> {
 
     fn metadata(&self) -> &Metadata {
         self.metadata()
+    }
+
+    fn crop(&self) -> Option<Crop> {
+        self.crop()
+    }
+
+    fn whole_size(&self) -> [u32; 2] {
+        let whole = self.whole_metadata();
+        [whole.width, whole.height]
     }
 
     fn keys(&self) -> Result<Value> {

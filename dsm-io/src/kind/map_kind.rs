@@ -41,6 +41,25 @@ pub trait MapKind: Debug + Send + Sync + Sized + 'static {
     /// Whether a file may hold a crop of a map.
     const CROPS: bool = false;
 
+    /// The keys of the map that crops with these keys are put together into, whose level 0 has
+    /// `pixels` pixels. Crops of a kind whose keys count something know what to add up; of
+    /// others all keys are the whole map's.
+    ///
+    /// # Errors
+    ///
+    /// In what the crops' keys differ, which are none of one map then.
+    fn join_keys(
+        crops: &[&Self::Keys],
+        _pixels: u64,
+    ) -> std::result::Result<Self::Keys, &'static str> {
+        match crops {
+            [first, others @ ..] if others.iter().all(|other| other == first) => {
+                Ok((*first).clone())
+            }
+            _ => Err("metadata"),
+        }
+    }
+
     /// Whether [`Self::function`] tells the visibility function of a pixel.
     const FUNCTIONS: bool = false;
 

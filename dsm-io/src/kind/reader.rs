@@ -95,7 +95,9 @@ impl<K: MapKind> KindReader<K> {
         };
         match crop {
             Some(_) if !K::CROPS => refuse(&format!("{} is stored whole", K::TITLE)),
-            Some(_) if container.levels().len() > 1 => refuse("a part of a map has one level"),
+            Some(_) if !has_same_pixels(container.levels()) => {
+                refuse("a part of a map has one level a view, all of the same pixels")
+            }
             crop => Ok((stated, keys, crop)),
         }
     }
@@ -389,6 +391,17 @@ impl<K: MapKind> KindReader<K> {
             (None, _) => Ok(()),
         }
     }
+}
+
+/// Whether all levels are the finest of a view, of the same pixels.
+fn has_same_pixels(levels: &[Level]) -> bool {
+    let rect = |level: &Level| {
+        [level.x, level.y]
+            .map(i64::from)
+            .into_iter()
+            .chain([level.width, level.height].map(i64::from))
+    };
+    levels.iter().all(|level| level.number == 0 && rect(level).eq(rect(&levels[0])))
 }
 
 /// Level 0 of a map with `T`'s channels.

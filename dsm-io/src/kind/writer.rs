@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use dsm_core::Transmittance;
+use dsm_core::{Tolerance, Transmittance};
 
 use super::map_kind::MapKind;
 use crate::achieved_error::AchievedError;
+use crate::crop::Crop;
 use crate::error::{Error, Result, check_limit};
 use crate::format::encoded_tile::EncodedTile;
 use crate::format::level::Level;
@@ -47,6 +48,41 @@ impl<K: MapKind> KindWriter<K> {
         Self::start(path.as_ref(), metadata, keys, level, options)
     }
 
+    /// Starts a file that holds a part of a map, whose whole the metadata describe, as
+    /// [`MapWriter::create_crop`](crate::writer::MapWriter::create_crop) does of a deep one; all
+    /// of the map without a crop. Tiles count from the crop's first.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::create`], and [`Error::Setting`] if the kind has no crops, or the crop does
+    /// not lie in the map, or doesn't begin and end on the borders of tiles or at the map's
+    /// edge.
+    pub fn create_part(
+        path: impl AsRef<Path>,
+        metadata: Metadata,
+        crop: Option<Crop>,
+        keys: &K::Keys,
+        options: WriteOptions,
+    ) -> Result<Self> {
+        let Some(crop) = crop else { return Self::create(path, metadata, keys, options) };
+        if !K::CROPS {
+            return Err(Error::setting(format!("{} is stored whole", K::TITLE)));
+        }
+        let past = |_| Error::setting("a crop must begin before pixel 2³¹");
+        let tolerance = metadata.info.tolerance.epsilon();
+        let level = Level {
+            x: crop.x.try_into().map_err(past)?,
+            y: crop.y.try_into().map_err(past)?,
+            ..Level::new(crop.width, crop.height, options.tile_size, tolerance)
+        };
+        if let Some(rule) = level.broken_rule() {
+            return Err(Error::setting(rule));
+        }
+        let whole = [metadata.width, metadata.height];
+        Crop::of_level(&level, whole).map_err(Error::setting)?;
+        Self::start(path.as_ref(), metadata, keys, level, options)
+    }
+
     /// As [`Self::create`], with a level 0 of the caller's.
     pub(crate) fn start(
         path: &Path,
@@ -85,6 +121,18 @@ impl<K: MapKind> KindWriter<K> {
         self.json = self.metadata.to_json_of::<K>(keys)?;
         let limit = Limits::default().max_header_bytes;
         check_limit("bytes of metadata", self.json.len() as u64, limit)
+    }
+
+    /// Raises the tolerance that the map and its level 0 state, before a tile is written
+    /// that needs it.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::create`], for a tolerance that the kind does not have.
+    pub fn raise_tolerance(&mut self, tolerance: Tolerance, keys: &K::Keys) -> Result<()> {
+        self.metadata.info.tolerance = tolerance;
+        self.container.set_tolerance(0, tolerance.epsilon());
+        self.set_keys(keys)
     }
 
     /// The metadata that are written.

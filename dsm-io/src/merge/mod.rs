@@ -1,6 +1,6 @@
 //! Several maps into one: the light past all of them, or parts put together.
 
-mod assemble;
+pub(crate) mod assemble;
 mod multiply;
 mod windows;
 
@@ -12,6 +12,8 @@ use dsm_core::{Progress, Tolerance};
 use self::windows::Windows;
 use crate::crop::Crop;
 use crate::error::{Error, Result};
+use crate::kind::map_kind::MapKind;
+use crate::kind::reader::KindReader;
 use crate::reader::MapReader;
 
 /// The operation that made one map of several, as [`merge`] reports it.
@@ -114,7 +116,16 @@ pub fn merge(
         return Err(Error::setting("there is nothing to merge"));
     };
     if others.is_empty() {
-        return Err(Error::setting("one map alone can't be merged"));
+        let reason = match first.crop() {
+            None => {
+                "one map alone can't be merged: it needs another one of the same pixels".to_owned()
+            }
+            Some(_) => format!(
+                "this is one crop alone, {}: merging needs the others, which cover the rest of the map",
+                size_text(first)
+            ),
+        };
+        return Err(refuse(first, reason));
     }
     if let Some(windows) = Windows::of(maps) {
         refuse_tolerance(tolerance)?;
@@ -161,6 +172,6 @@ fn size_text(map: &MapReader) -> String {
 }
 
 /// An error about a map that names its file, if it has one.
-fn refuse(map: &MapReader, reason: String) -> Error {
+fn refuse<K: MapKind>(map: &KindReader<K>, reason: String) -> Error {
     Error::mismatch(reason).in_file(map.container().path())
 }

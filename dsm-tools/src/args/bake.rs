@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValue, PossibleValuesParser, RangedU64ValueParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use deepshadow::files::PyramidOptions;
-use deepshadow::scene::detail::{GridChoice, SceneOptions};
+use deepshadow::scene::detail::{GridChoice, SceneOptions, frame_path};
 use deepshadow::visibility::{Filter, FilterShape};
 use deepshadow::{Channels, Kind};
 
@@ -18,6 +18,8 @@ Examples:
   dsm-tools bake builtin:hairball -o hair.dsm
   dsm-tools bake scene.toml -o map.dsm --resolution 2048 --samples 64 --mip
   dsm-tools bake scene.toml -o left.dsm --resolution 512 --crop 0,0,256,512
+  dsm-tools bake scene.toml -o part.dsm --kind mtsm --resolution 512 --crop 3/16
+  dsm-tools bake hair.####.toml -o map.####.dsm --frame 12
   dsm-tools bake model.obj -o layers.dsm --kind layers";
 
 /// Bakes the shadow map of a scene's light
@@ -118,11 +120,15 @@ pub(crate) struct BakeFlags {
     /// Bake the mip levels too, each from what was not compressed
     #[arg(long)]
     mip: bool,
-    /// Bake these pixels only, half-open, on borders of tiles; `merge` puts
-    /// such maps together
-    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = values::crop)]
+    /// Bake these pixels only, half-open, on borders of tiles, or part I of N of whole
+    /// tiles, I from 1; `merge` puts such maps together
+    #[arg(long, value_name = "X0,Y0,X1,Y1|I/N", value_parser = values::crop)]
     #[arg(conflicts_with = "mip")]
-    crop: Option<[u32; 4]>,
+    crop: Option<values::Crop>,
+    /// The frame of a sequence: its number stands for each run of # in SCENE, in MAP.dsm
+    /// and in the paths of a scene file, with zeros to the run's length
+    #[arg(long, value_name = "N")]
+    frame: Option<u32>,
     /// Seed of the samples' places, with the pixel; of kind attenuation of the light's points
     #[arg(long, value_name = "N", default_value = "0")]
     seed: u64,
@@ -232,12 +238,17 @@ impl TryFrom<BakeFlags> for Bake {
         let told = flags.resolution.or(flags.kind.resolution());
         // Until the scene is there, any.
         let resolution = told.unwrap_or([512; 2]);
-        if let Some(crop) = flags.crop {
+        if flags.crop.is_some() {
             if told.is_none() {
                 let kind = flags.kind.name();
                 return Err(format!("--crop of kind {kind} needs a --resolution"));
             }
-            check_crop(crop, resolution, flags.tile)?;
+            if values::is_map_or_exr(&flags.scene) {
+                return Err("--crop is for scenes, not for maps of maps".to_owned());
+            }
+        }
+        if flags.frame.is_some() && values::is_map_or_exr(&flags.scene) {
+            return Err("--frame is for scenes".to_owned());
         }
         let shape = match flags.filter {
             ShapeName::Box => FilterShape::Box,
@@ -248,7 +259,17 @@ impl TryFrom<BakeFlags> for Bake {
         let width = flags.filter_width.unwrap_or(shape.minimum_width());
         let mut settings = deepshadow::Bake::new(resolution).map_err(text)?.with_kind(flags.kind);
         settings.tile_size = flags.tile;
-        settings.crop = flags.crop;
+        settings.crop = match flags.crop {
+            None => None,
+            Some(values::Crop::Edges(crop)) => {
+                check_crop(crop, resolution, flags.tile)?;
+                Some(crop)
+            }
+            Some(values::Crop::Part(index, count)) => {
+                let parts = settings.parts(count).map_err(|error| format!("--crop: {error}"))?;
+                parts.get(index as usize - 1).copied()
+            }
+        };
         settings.samples = flags.samples;
         settings.filter = Filter::new(shape, width).map_err(|error| error.to_string())?;
         settings.tolerance = flags.tolerance.0;
@@ -271,9 +292,13 @@ impl TryFrom<BakeFlags> for Bake {
         settings.pyramid = flags.mip.then(PyramidOptions::default);
         settings.seed = flags.seed;
         settings.check().map_err(text)?;
-        let BakeFlags { scene, grid, output, effort, json, quiet, strictness, .. } = flags;
+        let BakeFlags { scene, grid, frame, output, effort, json, quiet, strictness, .. } = flags;
         let Strictness { strict } = strictness;
-        let scene_options = values::scene_options(grid);
+        let scene_options = values::scene_options(grid, frame);
+        let output = match frame {
+            Some(frame) => frame_path(&output, frame),
+            None => output,
+        };
         let finds_resolution = told.is_none();
         Ok(Self {
             scene,

@@ -20,7 +20,8 @@ const EXAMPLES: &str = "\
 Examples:
   dsm-tools lookup map.dsm --points points.csv --filter tent --width 4
   dsm-tools lookup map.dsm --points pixels.csv --space raster --level auto
-  dsm-tools lookup layers.dsm --points points.csv --rays 64 --light-size 1x0.5";
+  dsm-tools lookup layers.dsm --points points.csv --rays 64 --light-size 1x0.5
+  dsm-tools lookup map.dsm --positions P.exr -o shadow.exr --filter tent";
 
 /// Looks up the shadow factor of each of many points
 ///
@@ -34,8 +35,17 @@ pub(crate) struct LookupFlags {
     /// A deep shadow map or a layered one (.dsm)
     map: PathBuf,
     /// The points, as CSV; - for standard input
-    #[arg(long, value_name = "P.csv")]
-    points: PathBuf,
+    #[arg(long, value_name = "P.csv", required_unless_present = "positions")]
+    points: Option<PathBuf>,
+    /// The points, as a picture: channels P.x, P.y and P.z, or P.R, P.G and P.B, or x, y and z
+    /// or R, G and B without P
+    #[arg(long, value_name = "P.exr", value_parser = values::exr_file())]
+    #[arg(conflicts_with = "points", requires = "output")]
+    positions: Option<PathBuf>,
+    /// The picture of the shadow factors of --positions, in Y or R, G and B
+    #[arg(short, long, value_name = "SHADOW.exr", value_parser = values::exr_file())]
+    #[arg(requires = "positions")]
+    output: Option<PathBuf>,
     /// The space of x, y and z: a position in the scene; or a position in the map
     /// in pixels, and the depth
     #[arg(long, value_enum, default_value_t = Space::World)]
@@ -130,11 +140,22 @@ pub(crate) enum Space {
     Raster,
 }
 
+/// Where the points come from.
+#[derive(Debug)]
+pub(crate) enum Points {
+    Csv(PathBuf),
+    /// A picture of points, and that of their answers.
+    Picture {
+        positions: PathBuf,
+        output: PathBuf,
+    },
+}
+
 /// A checked `lookup`.
 #[derive(Debug)]
 pub(crate) struct Lookup {
     pub(crate) map: PathBuf,
-    pub(crate) points: PathBuf,
+    pub(crate) points: Points,
     pub(crate) space: Space,
     /// None: by the map's kind.
     method: Option<MethodName>,
@@ -171,8 +192,12 @@ impl TryFrom<LookupFlags> for Lookup {
     type Error = String;
 
     fn try_from(flags: LookupFlags) -> Result<Self, String> {
-        let LookupFlags { map, points, space, filter, width, level, bias, stats, effort, .. } =
-            flags;
+        let LookupFlags { map, space, filter, width, level, bias, stats, effort, .. } = flags;
+        let points = match (flags.points, flags.positions, flags.output) {
+            (_, Some(positions), Some(output)) => Points::Picture { positions, output },
+            (Some(points), ..) => Points::Csv(points),
+            _ => return Err("--points or --positions tell what is asked for".to_owned()),
+        };
         let LookupFlags { method, rays, light_size, layers, far_table, seed, quiet, .. } = flags;
         let accumulate = flags.accumulate;
         let prefilter = PrefilterMethod::new();

@@ -10,7 +10,8 @@ use super::values::{self, Effort};
 const EXAMPLES: &str = "\
 Examples:
   dsm-tools merge hair.dsm smoke.dsm -o both.dsm --tolerance 0.001
-  dsm-tools merge left.dsm right.dsm -o whole.dsm";
+  dsm-tools merge left.dsm right.dsm -o whole.dsm
+  dsm-tools merge parts/*.dsm -o whole.dsm --expect plan.json";
 
 /// Makes one map of several
 ///
@@ -20,8 +21,8 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct MergeFlags {
-    /// Deep shadow maps (.dsm)
-    #[arg(required = true, num_args = 2.., value_name = "MAP")]
+    /// Maps of one kind (.dsm)
+    #[arg(required = true, num_args = 1.., value_name = "MAP")]
     maps: Vec<PathBuf>,
     /// The map to write; it may be one of the others
     #[arg(short, long, value_name = "OUT", value_parser = values::dsm_file())]
@@ -31,6 +32,9 @@ pub(crate) struct MergeFlags {
     #[arg(long, value_name = "E", allow_negative_numbers = true)]
     #[arg(value_parser = values::tolerance)]
     tolerance: Option<Tolerance>,
+    /// The plan that the maps are parts of: what is missing, doubled or foreign is named
+    #[arg(long, value_name = "PLAN.json", conflicts_with = "tolerance")]
+    expect: Option<PathBuf>,
     #[command(flatten)]
     effort: Effort,
     /// Print one JSON document
@@ -47,6 +51,7 @@ pub(crate) struct Merge {
     pub(crate) maps: Vec<PathBuf>,
     pub(crate) output: PathBuf,
     pub(crate) tolerance: Option<Tolerance>,
+    pub(crate) expect: Option<PathBuf>,
     pub(crate) effort: Effort,
     pub(crate) json: bool,
     pub(crate) quiet: bool,
@@ -54,7 +59,7 @@ pub(crate) struct Merge {
 
 impl From<MergeFlags> for Merge {
     fn from(flags: MergeFlags) -> Self {
-        let MergeFlags { maps, output, tolerance, effort, json, quiet } = flags;
-        Self { maps, output, tolerance, effort, json, quiet }
+        let MergeFlags { maps, output, tolerance, expect, effort, json, quiet } = flags;
+        Self { maps, output, tolerance, expect, effort, json, quiet }
     }
 }

@@ -16,10 +16,12 @@ mod man;
 mod manual;
 mod merge;
 mod mip;
+mod plan;
 mod prefilter;
 mod render;
 mod report;
 mod selection;
+mod step;
 mod values;
 mod verify;
 mod version;
@@ -30,12 +32,14 @@ pub(crate) use convert::{Convert, ConvertTarget};
 pub(crate) use demo::Demo;
 pub(crate) use diff::Diff;
 pub(crate) use inspect::{Inspect, SliceFile};
-pub(crate) use lookup::{Lookup, Space};
+pub(crate) use lookup::{Lookup, Points, Space};
 pub(crate) use man::Man;
 pub(crate) use merge::Merge;
 pub(crate) use mip::Mip;
+pub(crate) use plan::PlanRequest;
 pub(crate) use render::{Method, Render};
 pub(crate) use report::Report;
+pub(crate) use step::StepRequest;
 pub(crate) use values::{ImageFile, ImageFormat, is_exr};
 pub(crate) use verify::Verify;
 
@@ -48,7 +52,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use crate::input::STREAM;
 
 /// Bakes, converts, inspects, looks up, mip-maps, compares, merges, verifies and
-/// renders with deep shadow maps.
+/// renders with deep shadow maps, here or on a farm.
 #[derive(Debug, Parser)]
 #[command(name = "dsm-tools", version = version::version(), max_term_width = 100)]
 struct Arguments {
@@ -68,8 +72,10 @@ enum Command {
     Man(man::ManFlags),
     Mip(mip::MipFlags),
     Merge(merge::MergeFlags),
+    Plan(plan::PlanFlags),
     Render(render::RenderFlags),
     Report(report::ReportFlags),
+    Step(step::StepFlags),
     Verify(verify::VerifyFlags),
 }
 
@@ -86,8 +92,10 @@ pub(crate) enum Request {
     Man(Man),
     Mip(Mip),
     Merge(Merge),
+    Plan(PlanRequest),
     Render(Box<Render>),
     Report(Report),
+    Step(StepRequest),
     Verify(Verify),
 }
 
@@ -123,10 +131,18 @@ impl Request {
                 images.chain(named(inspect.html.as_deref())).collect()
             }
             Self::Diff(diff) => named(diff.html.as_deref()).into_iter().collect(),
+            Self::Plan(plan) => {
+                let files = [Some(&plan.output), plan.slurm.as_ref(), plan.openjd.as_ref()];
+                files.into_iter().flatten().map(AsRef::as_ref).collect()
+            }
+            Self::Lookup(lookup) => match &lookup.points {
+                Points::Csv(_) => Vec::new(),
+                Points::Picture { output, .. } => vec![output],
+            },
             Self::Completions(_)
             | Self::Demo(_)
-            | Self::Lookup(_)
             | Self::Man(_)
+            | Self::Step(_)
             | Self::Verify(_) => Vec::new(),
         }
     }
@@ -154,6 +170,10 @@ impl Request {
             Command::Man(flags) => Self::Man(flags.into()),
             Command::Mip(flags) => Self::Mip(flags.into()),
             Command::Merge(flags) => Self::Merge(flags.into()),
+            Command::Plan(flags) => {
+                Self::Plan(flags.try_into().map_err(|error| wrong("plan", error))?)
+            }
+            Command::Step(flags) => Self::Step(flags.into()),
             Command::Render(flags) => {
                 Self::Render(Box::new(flags.try_into().map_err(|error| wrong("render", error))?))
             }
@@ -184,6 +204,14 @@ fn named(page: Option<&Path>) -> Option<&Path> {
 /// The program's command line: what completions and manual pages are made from.
 pub(crate) fn program() -> clap::Command {
     Arguments::command()
+}
+
+/// The `bake` of a command line, for commands that bake.
+pub(crate) fn bake_of(arguments: impl IntoIterator<Item = OsString>) -> Result<Bake, clap::Error> {
+    match Request::of(Arguments::try_parse_from(arguments)?)? {
+        Request::Bake(bake) => Ok(*bake),
+        _ => Err(wrong("bake", "another command")),
+    }
 }
 
 /// A usage error of a command that only its switches together show.

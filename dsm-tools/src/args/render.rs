@@ -289,7 +289,7 @@ impl TryFrom<RenderFlags> for Render {
         let RenderFlags { effort, quiet, light_size, strictness, .. } = flags;
         Ok(Self {
             scene,
-            scene_options: values::scene_options(grid),
+            scene_options: values::scene_options(grid, None),
             output,
             method,
             samples,

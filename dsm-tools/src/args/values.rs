@@ -32,8 +32,13 @@ pub(super) fn grid(text: &str) -> Result<GridChoice, String> {
 }
 
 /// What is read of a scene's file.
-pub(super) fn scene_options(grid: Option<GridChoice>) -> SceneOptions {
-    grid.map_or_else(SceneOptions::default, |grid| SceneOptions::default().grid(grid))
+pub(super) fn scene_options(grid: Option<GridChoice>, frame: Option<u32>) -> SceneOptions {
+    let options =
+        grid.map_or_else(SceneOptions::default, |grid| SceneOptions::default().grid(grid));
+    match frame {
+        Some(frame) => options.frame(frame),
+        None => options,
+    }
 }
 
 /// Packings of tiles.
@@ -237,16 +242,44 @@ pub(super) fn light_size(text: &str) -> Result<[f32; 2], String> {
     }
 }
 
-/// A part of a map: x₀, y₀, x₁, y₁.
-pub(super) fn crop(text: &str) -> Result<[u32; 4], String> {
+/// A part of a map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Crop {
+    /// x₀, y₀, x₁, y₁.
+    Edges([u32; 4]),
+    /// Which one, from 1, of how many.
+    Part(u32, u32),
+}
+
+/// A part of a map: its edges, or its number and how many there are.
+pub(super) fn crop(text: &str) -> Result<Crop, String> {
+    if let Some((index, count)) = text.split_once('/') {
+        let (index, count) = (natural(index)?, natural(count)?);
+        if index == 0 || index > count {
+            return Err("parts are numbered from 1: 1/16 is the first of 16".to_owned());
+        }
+        return Ok(Crop::Part(index, count));
+    }
     let edges = text.split(',').map(natural).collect::<Result<Vec<_>, _>>()?;
-    edges.try_into().map_err(|_| "a crop is its four edges: X0,Y0,X1,Y1".to_owned())
+    let edges: Result<[u32; 4], _> = edges.try_into();
+    let reason = "a crop is its four edges, X0,Y0,X1,Y1, or a part I/N";
+    edges.map(Crop::Edges).map_err(|_| reason.to_owned())
 }
 
 /// A pixel: its column and row.
 pub(super) fn pixel(text: &str) -> Result<[u32; 2], String> {
     let (x, y) = text.split_once(',').ok_or("a pixel is its column and row: X,Y")?;
     Ok([natural(x)?, natural(y)?])
+}
+
+/// A number of bytes: 1048576, 1024K, 512M or 1G.
+pub(super) fn bytes(text: &str) -> Result<u64, String> {
+    let units = [("K", 10), ("M", 20), ("G", 30), ("T", 40)];
+    let unit = units.iter().find_map(|(name, bits)| Some((text.strip_suffix(name)?, bits)));
+    let (number, bits) = unit.unwrap_or((text, &0));
+    let number: Option<u64> = number.trim().parse().ok();
+    let bytes = number.and_then(|number| number.checked_mul(1 << bits)).filter(|&bytes| bytes > 0);
+    bytes.ok_or_else(|| format!("\"{text}\" is no number of bytes, such as 512M or 1G"))
 }
 
 fn natural(text: &str) -> Result<u32, String> {
@@ -295,7 +328,9 @@ mod tests {
         assert_eq!(light_size("1.5x0.25"), Ok([1.5, 0.25]));
         assert_eq!(light_size("0"), Ok([0.0; 2]));
         assert!(light_size("1x-1").is_err() && light_size("x").is_err());
-        assert_eq!(crop("0,64,128,192"), Ok([0, 64, 128, 192]));
+        assert_eq!(crop("0,64,128,192"), Ok(Crop::Edges([0, 64, 128, 192])));
+        assert_eq!(crop("3/16"), Ok(Crop::Part(3, 16)));
+        assert!(crop("0/4").is_err() && crop("5/4").is_err() && crop("1/0").is_err());
         assert!(crop("0,1,2").is_err() && crop("0,1,2,3,4").is_err());
         assert_eq!(pixel("3, 4"), Ok([3, 4]));
         for text in ["3", "3,", "-1,2", "1,2,3", "4294967296,0"] {

@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 use deepshadow::files::deep_exr::Selection;
 use deepshadow::files::{Attribute, ConvertOptions, Limits, MapSource, convert};
 use deepshadow::scene::Scene;
-use deepshadow::scene::detail::open_scene_with;
+use deepshadow::scene::detail::{frame_path, open_scene_with};
 use deepshadow::visibility::Progress;
 use deepshadow::{BakeReport, ShadowMap, bake};
 use serde::Serialize;
@@ -21,6 +21,7 @@ use crate::output::stated::StatedReport;
 use crate::output::warnings::Warnings;
 use crate::output::written::{Written, channels_name};
 use crate::parallel::with_threads;
+use crate::plan::peak::peak_memory;
 
 /// What headers say that they were written by.
 const SOFTWARE: &str = concat!("dsm-tools ", env!("CARGO_PKG_VERSION"));
@@ -41,8 +42,18 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
             settings.resolution = settings.kind.resolution_for(&scene);
         }
         let report = with_threads(request.effort.threads, || {
-            let name = request.scene.to_string_lossy();
-            bake_scene(&scene, &name, settings.clone(), &request.output, request.quiet)
+            let frame = request.scene_options.frame;
+            let path = match frame {
+                Some(frame) => frame_path(&request.scene, frame),
+                None => request.scene.clone(),
+            };
+            let mut settings = settings.clone();
+            if let Some(frame) = frame {
+                let frame = Attribute::string(&frame.to_string());
+                settings = settings.with_attribute("bakeFrame", frame);
+            }
+            let name = path.to_string_lossy();
+            bake_scene(&scene, &name, settings, &request.output, request.quiet)
         })?;
         warnings.extend(doubts(&scene, &settings, &report));
         (report, opened)
@@ -57,6 +68,7 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
         gained: report.gained,
         scene_s: opened.as_secs_f64(),
         bake_s: (started.elapsed() - opened).as_secs_f64(),
+        peak_bytes: peak_memory(),
         warnings: &warnings,
     };
     let Details { tolerance, samples, hits, cut_pixels, scene_s, bake_s, .. } = details;
@@ -154,6 +166,8 @@ struct Details<'a> {
     /// Seconds to open the scene.
     scene_s: f64,
     bake_s: f64,
+    /// Resident memory at its peak, in bytes, where the system tells.
+    peak_bytes: Option<u64>,
     /// What the scene's files hold that was not understood, and what may not be meant.
     warnings: &'a Warnings,
 }

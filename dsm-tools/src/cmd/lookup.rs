@@ -6,24 +6,29 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, anyhow};
+use deepshadow::files::detail::AtomicFile;
 use deepshadow::glam::DVec3;
+use deepshadow::visibility::Progress;
 use deepshadow::{Method, OpenOptions, Query, Shadow, Values};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::args::{Lookup, Space};
+use crate::args::{Lookup, Points, Space};
 use crate::in_map::{InMap, empty_is, is_empty, is_part};
 use crate::input::STREAM;
+use crate::output::progress::Watch;
 use crate::output::warnings::Warnings;
 use crate::output::{light, progress};
 use crate::parallel::with_threads;
 use crate::points::PointReader;
+use crate::positions::source::PositionPicture;
+use crate::positions::target;
 use crate::wide_light;
 
 /// Points that are in memory at a time.
 const CHUNK: usize = 1 << 16;
-/// Points whose lines one task writes.
+/// Points that are answered by one task, and whose lines one task writes.
 const TASK: usize = 1 << 10;
 
 /// The counts that `--stats` prints.
@@ -69,7 +74,13 @@ pub(crate) fn run(request: &Lookup) -> Result<()> {
         };
         let open_s = start.elapsed().as_secs_f64();
         let seen = InMap::new(map.view()?);
-        let (points, nan, time) = answer_all(request, &shadow, &seen)?;
+        let (points, nan, time) = match &request.points {
+            Points::Csv(path) => answer_all(request, path, &shadow, &seen)?,
+            Points::Picture { positions, output } => {
+                let (points, time) = answer_picture(request, positions, output, (&shadow, &seen))?;
+                (points, None, time)
+            }
+        };
         let mut warnings = Warnings::new(request.strict).in_document(request.stats);
         if is_empty(&map)? && !is_part(&map) {
             warnings.add(format!("the map holds nothing: it is {}", empty_is(map.kind())));
@@ -110,10 +121,10 @@ type NanPoints = Option<(u64, u64)>;
 /// how long their lookups took.
 fn answer_all(
     request: &Lookup,
+    path: &Path,
     shadow: &Shadow,
     seen: &InMap,
 ) -> Result<(u64, NanPoints, Duration)> {
-    let path = request.points.as_path();
     let (mut points, bar) = open(path, request.quiet)?;
     let mut output = BufWriter::new(io::stdout().lock());
     output.write_all(light::header(shadow.channels()))?;
@@ -147,6 +158,53 @@ fn answer_all(
     bar.finish_and_clear();
     output.flush()?;
     Ok((count, nan, time))
+}
+
+/// Answers every pixel of a picture with a picture. Holds a band of rows.
+fn answer_picture(
+    request: &Lookup,
+    path: &Path,
+    output: &Path,
+    (shadow, seen): (&Shadow, &InMap),
+) -> Result<(u64, Duration)> {
+    let picture = PositionPicture::open(path).with_context(|| format!("{}", path.display()))?;
+    let [width, height] = picture.size();
+    let watch = Watch::start("looking up", request.quiet)?;
+    let mut file = AtomicFile::create(output)?;
+    let mut time = Duration::ZERO;
+    let (mut row, mut number) = (0, 0_u64);
+    let mut waiting: Vec<DVec3> = Vec::new();
+    target::write(&mut file, &picture, shadow.channels(), || {
+        if watch.at(Progress::new(row as u64, height as u64)).is_break() {
+            return Err(anyhow!("interrupted"));
+        }
+        while row < height && waiting.len() < TASK {
+            waiting.append(&mut picture.read(row)?);
+            row += picture.band();
+        }
+        // In the tasks of one long list, whatever the rows: some methods answer neighbours
+        // together.
+        let count = if row < height { waiting.len() / TASK * TASK } else { waiting.len() };
+        let points: Vec<DVec3> = waiting.drain(..count).collect();
+        let start = Instant::now();
+        let values = match request.space {
+            Space::World => {
+                seen.see_world(points.iter().copied());
+                shadow.query_from(&points, number)
+            }
+            Space::Raster => {
+                let points: Vec<[f64; 3]> = points.iter().map(DVec3::to_array).collect();
+                seen.see_raster(&points);
+                shadow.query_raster(&points, number)
+            }
+        }?;
+        time += start.elapsed();
+        number += count as u64;
+        Ok(values)
+    })?;
+    file.commit(&[])?;
+    drop(watch);
+    Ok((width as u64 * height as u64, time))
 }
 
 fn write_lines(values: &Values, output: &mut impl Write) -> Result<()> {

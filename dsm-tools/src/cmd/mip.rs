@@ -8,11 +8,14 @@ use crate::args::Mip;
 use crate::output::progress::Watch;
 use crate::output::written::Written;
 use crate::parallel::with_threads;
+use crate::plan::peak::peak_memory;
 
 /// The command's part of the JSON document.
 #[derive(Serialize)]
 struct Details {
     levels: usize,
+    /// Resident memory at its peak, in bytes, where the system tells.
+    peak_bytes: Option<u64>,
 }
 
 pub(crate) fn run(request: &Mip) -> Result<()> {
@@ -37,7 +40,7 @@ pub(crate) fn run(request: &Mip) -> Result<()> {
         height,
         channels,
         bytes: written.container().file_length(),
-        details: Details { levels },
+        details: Details { levels, peak_bytes: peak_memory() },
         notes: Vec::new(),
         summary: format!("{levels} level{plural}"),
         lines: Vec::new(),

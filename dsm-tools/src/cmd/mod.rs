@@ -10,6 +10,8 @@ pub(crate) mod lookup;
 pub(crate) mod man;
 pub(crate) mod merge;
 pub(crate) mod mip;
+pub(crate) mod plan;
 pub(crate) mod render;
 pub(crate) mod report;
+pub(crate) mod step;
 pub(crate) mod verify;

@@ -92,7 +92,7 @@ fn switches_of_others_are_refused() {
         (name, "--layers", "3", "--layers is for"),
         (name, "--coverage", "4", "--coverage is for"),
         (name, "--samples", "4", "one sample a pixel"),
-        (name, "--crop", "0,0,64,64", "--crop is for"),
+        (name, "--crop", "0,0,64,64", "bake it whole"),
         (name, many, "0", many),
     ] {
         let refused = run!("bake", scene, "-o", map, kind, name, size, pixels, switch, value);

@@ -277,7 +277,7 @@ fn what_does_not_fit_together_is_refused() {
         ("fragments", "--resets", "3", "--resets is for maps of kind mtsm"),
         ("layers", "--samples", "4", "one sample a pixel"),
         ("layers", "--tolerance", "0.1", "--tolerance is for maps of kind deep, fragments or mtsm"),
-        ("mtsm", "--crop", "0,0,64,64", "--crop is for maps of kind deep"),
+        ("mtsm", "--crop", "0,0,5,64", "multiples of 64"),
         ("mtsm", "--codec", "quantized", "--codec quantized is for maps of kind deep"),
     ] {
         run!("bake", scene, "-o", map, "--kind", kind, switch, value).is_wrong_usage(says);

@@ -3,7 +3,7 @@
 use crate::maps::{Folder, full_info, mono};
 use crate::run;
 
-const COMMANDS: [&str; 13] = [
+const COMMANDS: [&str; 15] = [
     "bake",
     "completions",
     "convert",
@@ -14,8 +14,10 @@ const COMMANDS: [&str; 13] = [
     "man",
     "merge",
     "mip",
+    "plan",
     "render",
     "report",
+    "step",
     "verify",
 ];
 

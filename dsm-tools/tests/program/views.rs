@@ -101,7 +101,6 @@ fn switches_of_others_are_refused() {
         ("--layers", "3", "--layers is for"),
         ("--coverage", "4", "--coverage is for"),
         ("--samples", "4", "one sample a pixel"),
-        ("--crop", "0,0,64,64", "--crop is for"),
         ("--channels", "rgb", "one channel"),
         ("--views", "0", "--views"),
         ("--views", "1025", "--views"),

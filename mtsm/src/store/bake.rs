@@ -4,11 +4,11 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use dsm_core::{BakeSettings, HitSource, Progress, Tolerance, Transmittance};
-use dsm_io::detail::{BakeReport, EncodedTile, KindWriter, MapKind, Result, TileId};
+use dsm_io::detail::{BakeReport, Crop, EncodedTile, KindWriter, MapKind, Result, TileId};
 use dsm_io::{AchievedError, Codec, Error, Metadata, Packing, WriteOptions};
-use dsm_trace::detail::Layering;
+use dsm_trace::detail::{CutSum, Layering};
 
-use super::keys::{LayeredKeys, LeftOut};
+use super::keys::LayeredKeys;
 use super::layers::Layers;
 use super::mtsm::Mtsm;
 use crate::build::{BakedLayers, MultilayerBaker};
@@ -23,7 +23,7 @@ use crate::multilayer_settings::LayeredInfo;
 /// # Errors
 ///
 /// [`Error::HitSource`] with what the source says; [`Error::Interrupted`] if
-/// `watch` broke it off; [`Error::Setting`] for a crop; else what keeps the file
+/// `watch` broke it off; else what keeps the file
 /// from being written.
 pub fn bake_mtsm<T: Transmittance, S: HitSource<T>>(
     baker: &MultilayerBaker<T, S>,
@@ -97,52 +97,50 @@ struct OpenBake<K: MapKind> {
     writer: KindWriter<K>,
     layering: Layering,
     report: BakeReport,
-    most_gained: f64,
-    sum_gained: f64,
+    cut: CutSum,
+    /// Column and row of the first tile in the whole map.
+    first: [u32; 2],
+    is_crop: bool,
 }
 
 impl<K: MapKind<Keys = LayeredKeys>> OpenBake<K> {
     fn start<T: Transmittance>(
-        info: LayeredInfo,
+        mut info: LayeredInfo,
         settings: &BakeSettings,
         output: &Path,
         describe: impl FnOnce(&mut Metadata),
     ) -> Result<Self> {
-        if settings.crop.is_some() {
-            return Err(Error::Setting("a layered map is baked whole".into()));
-        }
+        // A crop's header is the whole map's.
+        info.map.data_window = info.map.display_window;
         let [width, height] = settings.size;
         // 1 or 3.
         let mut metadata = Metadata::new(width, height, T::CHANNELS as u8, info.map);
         describe(&mut metadata);
         let options = WriteOptions::default().with_tile_size(settings.tile_size);
-        let writer = KindWriter::create(output, metadata, &info.layering.into(), options)?;
-        let (layering, report) = (info.layering, BakeReport::default());
-        Ok(Self { writer, layering, report, most_gained: 0.0, sum_gained: 0.0 })
+        let crop = settings.crop.map(Crop::of_edges);
+        let keys = info.layering.into();
+        let writer = KindWriter::create_part(output, metadata, crop, &keys, options)?;
+        let [left, top, ..] = settings.crop.unwrap_or_default();
+        let first = [left, top].map(|pixel| pixel / settings.tile_size);
+        let (layering, report, is_crop) = (info.layering, BakeReport::default(), crop.is_some());
+        Ok(Self { writer, layering, report, cut: CutSum::default(), first, is_crop })
     }
 
     fn write(&mut self, tile: BakedTile) -> Result<()> {
         self.report.hits += tile.hits;
-        self.report.cut_pixels += tile.cut_pixels;
-        self.most_gained = self.most_gained.max(tile.most_gained);
-        self.sum_gained += tile.sum_gained;
-        let id = TileId::new(0, tile.tile[0], tile.tile[1]);
-        self.writer.write_encoded(id, &tile.encoded, tile.error)
+        self.cut.add_tile(tile.cut_pixels, tile.most_gained, tile.sum_gained);
+        let [x, y] = [0, 1].map(|axis| tile.tile[axis] - self.first[axis]);
+        self.writer.write_encoded(TileId::new(0, x, y), &tile.encoded, tile.error)
     }
 
     /// Says what the bound of layers left out, if anything.
     fn tell_left_out(&mut self) -> Result<()> {
         let pixels = self.writer.levels()[0].pixel_count();
-        let mean = self.sum_gained / pixels as f64;
-        self.report.gained = [self.most_gained as f32, mean as f32];
-        let [max, mean] = self.report.gained;
-        let pixels = self.report.cut_pixels;
-        if pixels == 0 {
-            return Ok(());
-        }
-        let left_out = Some(LeftOut { pixels, max, mean });
+        let Some(left_out) = self.cut.of_map(pixels, self.is_crop) else { return Ok(()) };
+        self.report.cut_pixels = left_out.pixels;
+        self.report.gained = [left_out.max, left_out.mean];
         let mut keys = LayeredKeys::from(self.layering);
-        keys.left_out = left_out;
+        keys.left_out = Some(left_out);
         self.writer.set_keys(&keys)
     }
 

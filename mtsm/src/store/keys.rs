@@ -2,7 +2,7 @@
 
 use dsm_io::Error;
 use dsm_io::detail::Result;
-use dsm_trace::detail::Layering;
+use dsm_trace::detail::{CutLayers, CutSum, Layering};
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
@@ -13,21 +13,10 @@ pub struct LayeredKeys {
     pub layering: Layering,
     /// What the bound of layers left out; None for nothing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub left_out: Option<LeftOut>,
+    pub left_out: Option<CutLayers>,
     /// Of fragments only, which other readers would take for layers.
     #[serde(default, skip_serializing)]
     coverage: Option<IgnoredAny>,
-}
-
-/// What a bound of layers a pixel left out: those behind the nearest.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct LeftOut {
-    /// Pixels with more layers.
-    pub pixels: u64,
-    /// The most light that any pixel lets through too much behind its layers, in [0, 1].
-    pub max: f32,
-    /// The same in the mean over all pixels.
-    pub mean: f32,
 }
 
 impl From<Layering> for LayeredKeys {
@@ -37,6 +26,16 @@ impl From<Layering> for LayeredKeys {
 }
 
 impl LayeredKeys {
+    /// The keys of the map of `pixels` pixels that crops of these keys make.
+    pub(super) fn join(crops: &[&Self], pixels: u64) -> std::result::Result<Self, &'static str> {
+        let first = crops.first().ok_or("number")?;
+        if crops.iter().any(|crop| crop.layering != first.layering) {
+            return Err("layering");
+        }
+        let left_out = CutSum::join(crops.iter().map(|crop| crop.left_out), pixels)?;
+        Ok(Self { left_out, ..**first })
+    }
+
     /// Holds the keys of a map of kind `kind` to the format's rules.
     pub(super) fn check(&self, kind: &str) -> Result<()> {
         if self.coverage.is_some() {

@@ -42,12 +42,21 @@ impl MapKind for Layers {
     const NAME: &'static str = "layers";
     const TITLE: &'static str = "a multilayer depth map";
 
+    const CROPS: bool = true;
+
     type Keys = LayeredKeys;
     type Tile<T: Transmittance> = DepthLayers<T>;
 
     fn check(metadata: &Metadata, keys: &LayeredKeys) -> Result<()> {
         keys.check(Self::NAME)?;
         refuse(keys.layering.broken_rule_of_exact(metadata.info.tolerance))
+    }
+
+    fn join_keys(
+        crops: &[&LayeredKeys],
+        pixels: u64,
+    ) -> std::result::Result<LayeredKeys, &'static str> {
+        LayeredKeys::join(crops, pixels)
     }
 
     fn encode<T: Transmittance>(

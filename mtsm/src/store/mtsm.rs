@@ -52,11 +52,20 @@ impl MapKind for Mtsm {
     const TITLE: &'static str = "a multilayer transparent shadow map";
     const FUNCTIONS: bool = true;
 
+    const CROPS: bool = true;
+
     type Keys = LayeredKeys;
     type Tile<T: Transmittance> = LayeredPixels<T>;
 
     fn check(_: &Metadata, keys: &LayeredKeys) -> Result<()> {
         keys.check(Self::NAME)
+    }
+
+    fn join_keys(
+        crops: &[&LayeredKeys],
+        pixels: u64,
+    ) -> std::result::Result<LayeredKeys, &'static str> {
+        LayeredKeys::join(crops, pixels)
     }
 
     fn encode<T: Transmittance>(

@@ -19,7 +19,7 @@ use super::media::builder::{BlockMedia, MediaBuilder};
 use super::media::columns::MediaColumns;
 
 /// Pixels along the side of what is asked for at once.
-const TILE: u32 = 16;
+pub(super) const TILE: u32 = 16;
 
 /// Builds a [`FragmentMap`] from what a [`HitSource`] shows at 1, 2 × 2, 4 × 4
 /// or 8 × 8 places of each pixel, when the shutter is half way.
@@ -86,7 +86,7 @@ pub struct FragmentCounts {
 }
 
 /// What a thread builds with; keeps its memory from block to block.
-struct Scratch<T: Transmittance> {
+pub(super) struct Scratch<T: Transmittance> {
     hits: TileHits<T>,
     block: BlockHits<T>,
     grouping: Grouping<T>,
@@ -95,7 +95,7 @@ struct Scratch<T: Transmittance> {
 }
 
 impl<T: Transmittance> Scratch<T> {
-    fn new(tolerance: Tolerance) -> Self {
+    pub(super) fn new(tolerance: Tolerance) -> Self {
         Self {
             hits: TileHits::with_normals(0).without_media(),
             block: BlockHits::default(),
@@ -107,14 +107,14 @@ impl<T: Transmittance> Scratch<T> {
 }
 
 /// The fragments of a block of pixels.
-struct PixelBlock<T> {
+pub(super) struct PixelBlock<T> {
     width: u32,
     fragments: Vec<Fragment<T>>,
     /// Where those of each pixel end.
     ends: Vec<u32>,
     /// None of a source without any.
     media: Option<BlockMedia<T>>,
-    counts: FragmentCounts,
+    pub(super) counts: FragmentCounts,
 }
 
 impl FragmentBuilder {
@@ -281,7 +281,7 @@ impl FragmentBuilder {
     }
 
     /// The fragments of a block of pixels.
-    fn block<T, S>(
+    pub(super) fn block<T, S>(
         &self,
         source: &S,
         min: [u32; 2],
@@ -327,7 +327,7 @@ impl FragmentBuilder {
 }
 
 /// Appends row `y` of a block.
-fn append<T: Transmittance>(
+pub(super) fn append<T: Transmittance>(
     map: &mut FragmentColumns<T>,
     block: &PixelBlock<T>,
     y: u32,
@@ -342,7 +342,7 @@ fn append<T: Transmittance>(
 }
 
 /// Appends row `y` of the media of a block.
-fn append_media<T: Transmittance>(
+pub(super) fn append_media<T: Transmittance>(
     map: &mut MediaColumns<T>,
     errors: &mut Vec<f32>,
     block: &PixelBlock<T>,

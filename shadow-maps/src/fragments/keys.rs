@@ -1,6 +1,6 @@
 //! What the metadata of maps of fragments say besides those of every map.
 
-use dsm_trace::detail::Layering;
+use dsm_trace::detail::{CutLayers, CutSum, Layering};
 use serde::{Deserialize, Serialize};
 
 /// The metadata keys that maps of fragments have besides those of every map.
@@ -14,7 +14,7 @@ pub struct FragmentKeys {
     pub coverage: u32,
     /// What the bound of fragments changed; None for nothing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub folded: Option<Folded>,
+    pub folded: Option<CutLayers>,
     /// Media beside the fragments; None of a map without, which has version 1 of the kind's
     /// payload. With them it has version 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -28,14 +28,15 @@ pub struct MediaKeys {
     pub max_slabs: u32,
 }
 
-/// What a bound of fragments a pixel changed: the rest are one fragment with the last.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Folded {
-    /// Pixels with more fragments.
-    pub pixels: u64,
-    /// The most light that any pixel lets through too much, to some depth between those
-    /// that became one, in [0, 1].
-    pub max: f32,
-    /// The same in the mean over all pixels.
-    pub mean: f32,
+impl FragmentKeys {
+    /// The keys of the map of `pixels` pixels that crops of these keys make.
+    pub(super) fn join(crops: &[&Self], pixels: u64) -> std::result::Result<Self, &'static str> {
+        let first = *crops.first().ok_or("number")?;
+        let alike = |crop: &&Self| Self { folded: None, ..**crop };
+        if crops.iter().any(|crop| alike(crop) != alike(&first)) {
+            return Err("metadata");
+        }
+        let folded = CutSum::join(crops.iter().map(|crop| crop.folded), pixels)?;
+        Ok(Self { folded, ..*first })
+    }
 }

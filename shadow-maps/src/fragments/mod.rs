@@ -3,6 +3,7 @@
 
 mod apex;
 pub(crate) mod bake;
+mod baked_tile;
 mod block_hits;
 pub(crate) mod builder;
 #[cfg(test)]

@@ -34,6 +34,8 @@ impl MapKind for Fragments {
     const TITLE: &'static str = "a map of fragments";
     const VERSION: u32 = 2;
 
+    const CROPS: bool = true;
+
     type Keys = FragmentKeys;
     type Tile<T: Transmittance> = FragmentTile<T>;
 
@@ -53,6 +55,13 @@ impl MapKind for Fragments {
             Some(rule) => Err(Error::Metadata(rule.to_owned())),
             None => Ok(()),
         }
+    }
+
+    fn join_keys(
+        crops: &[&FragmentKeys],
+        pixels: u64,
+    ) -> std::result::Result<FragmentKeys, &'static str> {
+        FragmentKeys::join(crops, pixels)
     }
 
     fn encode<T: Transmittance>(

@@ -6,7 +6,7 @@ use std::path::Path;
 use dsm_core::{HitSource, MapInfo, Progress, Transmittance};
 use dsm_io::detail::{BakeReport, EncodedTile, KindWriter, Level, Result, TileId};
 use dsm_io::{AchievedError, Error, Metadata, WriteOptions};
-use dsm_trace::detail::Layering;
+use dsm_trace::detail::{CutLayers, Layering};
 use rayon::prelude::*;
 
 use super::builder::{ListBuilder, ListCounts};
@@ -15,7 +15,6 @@ use super::lists::FragmentLists;
 use super::pyramid::filtered;
 use super::settings::PrefilterSettings;
 use super::store::{Prefiltered, encode};
-use crate::fragments::keys::Folded;
 
 /// Bakes a prefiltered map into a file that replaces `output`, if there is one, in tiles
 /// as `options` say. `describe` may add to what the map says of itself, such as its
@@ -65,7 +64,7 @@ pub fn write_prefiltered<T: Transmittance>(
     let (plan, _) = settings.plan([width, height])?;
     let ListCounts { hits, cut_pixels, most_gained, mean_gained } = counts;
     let gained = [most_gained, mean_gained].map(|gained| gained as f32);
-    let left_out = Folded { pixels: cut_pixels, max: gained[0], mean: gained[1] };
+    let left_out = CutLayers { pixels: cut_pixels, max: gained[0], mean: gained[1], sum: None };
     let keys = PrefilteredKeys {
         layering: Layering {
             resets: 0,

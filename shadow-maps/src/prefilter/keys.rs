@@ -2,7 +2,7 @@
 
 use dsm_core::LightExtent;
 use dsm_io::detail::Level;
-use dsm_trace::detail::Layering;
+use dsm_trace::detail::{CutLayers, Layering};
 use serde::{Deserialize, Serialize};
 
 use super::accumulate::Accumulate;
@@ -12,7 +12,6 @@ use super::light_parts::square_width;
 use super::lookup::MOST_LEVELS;
 use super::merge::MergedDepth;
 use super::settings::PrefilterSettings;
-use crate::fragments::keys::Folded;
 
 /// The metadata keys that prefiltered maps have besides those of every map.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -23,7 +22,7 @@ pub struct PrefilteredKeys {
     pub filtering: Filtering,
     /// What the bound of fragments left out; None for nothing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub left_out: Option<Folded>,
+    pub left_out: Option<CutLayers>,
 }
 
 /// How levels were made of each other, as headers keep it.

@@ -8,7 +8,7 @@ use dsm_core::{
     AreaLight, Error as CoreError, HitSource, MapInfo, PixelSampling, ShadowCamera, TileHits,
     TileSamples, Transmittance,
 };
-use dsm_io::detail::{BakeReport, EncodedTile, KindWriter, Level, MapKind, Result, TileId};
+use dsm_io::detail::{BakeReport, Crop, EncodedTile, KindWriter, Level, MapKind, Result, TileId};
 use dsm_io::{AchievedError, Metadata, WriteOptions};
 use dsm_trace::detail::LightFrame;
 use glam::DVec3;
@@ -36,6 +36,9 @@ pub struct ViewsBuilder {
     eyes: Vec<[f64; 3]>,
     views: Vec<Vec<f32>>,
     hits: u64,
+    crop: Option<Crop>,
+    /// First column and row that are looked at, and the size: all that the crop's blocks touch.
+    window: [[u32; 2]; 2],
 }
 
 /// The points of a light that see for it: its middle; two opposite corners; the corners; of
@@ -68,13 +71,34 @@ impl ViewsBuilder {
     pub fn new(camera: ShadowCamera, size: [u32; 2]) -> CoreResult<Self> {
         let frame = LightFrame::new(&camera, size, 0.0)?;
         let (eyes, views) = (Vec::new(), Vec::new());
-        Ok(Self { camera, frame, gap: DepthView::GAP, eyes, views, hits: 0 })
+        let (crop, window) = (None, [[0, 0], size]);
+        Ok(Self { camera, frame, gap: DepthView::GAP, eyes, views, hits: 0, crop, window })
+    }
+
+    /// The same for a crop of the map, before the first view: whole blocks around it are
+    /// looked at, so that its pixels are the whole map's. It can be written, not traced.
+    #[must_use]
+    pub fn with_crop(self, crop: Option<Crop>) -> Self {
+        let Some(Crop { x, y, width, height }) = crop else { return self };
+        let [right, bottom] = self.frame.size();
+        let axis = |first: u32, length: u32, end: u32| {
+            let start = first / TILE * TILE;
+            [start, (first + length).next_multiple_of(TILE).min(end) - start]
+        };
+        let ([left, width], [top, height]) = (axis(x, width, right), axis(y, height, bottom));
+        Self { crop, window: [[left, top], [width, height]], ..self }
     }
 
     /// The frame of the map.
     #[must_use]
     pub const fn frame(&self) -> &LightFrame {
         &self.frame
+    }
+
+    /// Rows of blocks of each view.
+    #[must_use]
+    pub const fn rows(&self) -> u32 {
+        self.window[1][1].div_ceil(TILE)
     }
 
     /// Whether so many views of this size are too many to be traced.
@@ -106,7 +130,7 @@ impl ViewsBuilder {
         mut watch: impl FnMut() -> ControlFlow<()>,
     ) -> std::result::Result<ControlFlow<()>, S::Error> {
         self.check_count(self.views.len() as u64 + 1)?;
-        let [width, height] = self.frame.size();
+        let [[left, upper], [width, height]] = self.window;
         let mut w = vec![0.0_f32; width as usize * height as usize];
         for (row, rows) in (0..).zip(w.chunks_mut((TILE * width) as usize)) {
             if watch().is_break() {
@@ -120,7 +144,7 @@ impl ViewsBuilder {
                     |hits, column| {
                         let min = [column * TILE, top];
                         let size = [width - min[0], height - min[1]].map(|side| side.min(TILE));
-                        self.block(source, camera, (min, size), hits)
+                        self.block(source, camera, ([min[0] + left, min[1] + upper], size), hits)
                     },
                 )
                 .collect();
@@ -180,8 +204,13 @@ impl ViewsBuilder {
     ///
     /// # Errors
     ///
-    /// As [`DepthView::new`] and [`ViewsTracer::new`].
+    /// As [`DepthView::new`] and [`ViewsTracer::new`]; [`Error::Setting`](CoreError::Setting)
+    /// for a crop.
     pub fn tracer(&self) -> CoreResult<ViewsTracer> {
+        if self.crop.is_some() {
+            let reason = "a part of a map cannot be traced";
+            return Err(CoreError::Setting { setting: "crop", reason });
+        }
         let views = self.eyes.iter().zip(&self.views);
         let view = |(&eye, w): (&[f64; 3], &Vec<f32>)| {
             DepthView::new(self.frame.moved(DVec3::from(eye)), w.clone(), self.gap)
@@ -207,14 +236,15 @@ impl ViewsBuilder {
         let mut metadata = Metadata::new(width, height, 1, info);
         describe(&mut metadata);
         let keys = ViewsKeys { eyes: self.eyes.clone(), gap: self.gap as f32 };
-        let mut writer = KindWriter::<Views>::create(output, metadata, &keys, options)?;
+        let mut writer =
+            KindWriter::<Views>::create_part(output, metadata, self.crop, &keys, options)?;
+        let finest = writer.levels()[0];
         for view in 1..self.views.len() as u32 {
-            writer.add_level(Level {
-                view,
-                number: 0,
-                ..Level::new(width, height, options.tile_size, 0.0)
-            })?;
+            writer.add_level(Level { view, number: 0, ..finest })?;
         }
+        let [origin, [stride, _]] = self.window;
+        let corner = self.crop.map_or([0, 0], |crop| [crop.x, crop.y]);
+        let inset = [0, 1].map(|axis| corner[axis] - origin[axis]);
         for (index, w) in (0..).zip(&self.views) {
             let level = writer.levels()[index as usize];
             let [columns, rows] = level.tiles();
@@ -226,7 +256,8 @@ impl ViewsBuilder {
                     let mut tile = ViewTile::empty([rect.width, rect.height]);
                     let lines = tile.w.chunks_mut(rect.width as usize);
                     for (row, line) in (rect.y..).zip(lines) {
-                        let start = row as usize * width as usize + rect.x as usize;
+                        let row = (row + inset[1]) as usize;
+                        let start = row * stride as usize + (rect.x + inset[0]) as usize;
                         line.copy_from_slice(&w[start..start + rect.width as usize]);
                     }
                     Views::encode::<f32>(&tile, options.codec, options.packing)

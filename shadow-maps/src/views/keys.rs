@@ -35,10 +35,10 @@ impl ViewsKeys {
         let fits = |(view, level): (usize, &Level)| {
             level.view as usize == view
                 && level.number == 0
-                && [level.x, level.y] == [0; 2]
+                && [level.x, level.y] == [levels[0].x, levels[0].y]
                 && [level.width, level.height] == [levels[0].width, levels[0].height]
         };
         let fit = levels.len() == self.eyes.len() && levels.iter().enumerate().all(fits);
-        (!fit).then_some("a map of views has one level a view, all of one size")
+        (!fit).then_some("a map of views has one level a view, all of the same pixels")
     }
 }

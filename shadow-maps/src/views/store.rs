@@ -33,6 +33,8 @@ impl MapKind for Views {
     const NAME: &'static str = "views";
     const TITLE: &'static str = "a map of views";
 
+    const CROPS: bool = true;
+
     type Keys = ViewsKeys;
     type Tile<T: Transmittance> = ViewTile;
 

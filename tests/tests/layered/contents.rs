@@ -49,8 +49,15 @@ fn planes_and_masks<T: Transmittance>() {
     let builder = fragments().with_coverage(8).unwrap();
     let map: FragmentMap<T> = builder.build(&Panes).unwrap();
     for packing in [Packing::Plain, Packing::Zstd] {
-        bake_fragments::<T, _>(&builder, &Panes, &path, packed(packing), |_| {}, Progress::ignore)
-            .unwrap();
+        bake_fragments::<T, _>(
+            &builder,
+            &Panes,
+            (&path, None),
+            packed(packing),
+            |_| {},
+            Progress::ignore,
+        )
+        .unwrap();
         let reader = KindReader::<Fragments>::open(&path, &Limits::default()).unwrap();
         assert_eq!(FragmentMap::<T>::read(&reader).unwrap(), map);
         assert!(reader.verify().is_empty());
@@ -180,7 +187,8 @@ fn a_map_states_what_its_media_keep() {
         let builder = fragments().with_tolerance(asked);
         let write = packed(Packing::Zstd);
         let (_, told) =
-            bake_fragments(&builder, &steep, &path, write, |_| {}, Progress::ignore).unwrap();
+            bake_fragments(&builder, &steep, (&path, None), write, |_| {}, Progress::ignore)
+                .unwrap();
         let reader = KindReader::<Fragments>::open(&path, &Limits::default()).unwrap();
         assert!(reader.verify().is_empty());
         assert_eq!(reader.metadata().info.tolerance, told);

@@ -187,7 +187,7 @@ pub(crate) fn file<T: Transmittance>(kind: &str, packing: Packing) -> Vec<u8> {
             let ray = if kind == FOGGY { fog::<T> } else { sheets::<T> };
             let source: RaySource<Ray<T>> = RaySource(ray);
             let options = WriteOptions::default().with_tile_size(4).with_packing(packing);
-            bake_fragments::<T, _>(&fragments(), &source, &path, options, |_| {}, watch)
+            bake_fragments::<T, _>(&fragments(), &source, (&path, None), options, |_| {}, watch)
                 .unwrap()
                 .0
                 .bytes

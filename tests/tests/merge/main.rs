@@ -4,6 +4,7 @@
 
 mod crops;
 mod differences;
+mod kinds;
 #[path = "../format/pixels.rs"]
 mod pixels;
 mod products;
