@@ -79,6 +79,9 @@ pub enum Error {
         #[source]
         refusal: Refusal,
     },
+    /// The store did not take a file, after as many attempts as were allowed.
+    #[error("the store did not take it")]
+    NotTaken(#[source] Refusal),
     /// Another thread read the same bytes, and this was its error.
     #[error(transparent)]
     Shared(std::sync::Arc<Error>),

@@ -55,11 +55,11 @@ impl AtomicFile {
         path: &Path,
         wrap: impl FnOnce(File) -> Box<dyn OutputFile>,
     ) -> Result<Self> {
-        let created = target_of(path).and_then(|(target, temporary)| {
+        let created = target_of(path).map(|(target, temporary)| {
             let (file, temporary_path) = temporary.into_parts();
             let temporary = NamedTempFile::from_parts(wrap(file), temporary_path);
             let file = BufWriter::with_capacity(BUFFER_BYTES, temporary);
-            Ok(Self { file, path: path.to_owned(), target, length: 0 })
+            Self { file, path: path.to_owned(), target, length: 0 }
         });
         created.map_err(|error| error.in_file(Some(path)))
     }

@@ -79,7 +79,7 @@ impl CountingStore {
 
     fn told(&self, meta: &mut ObjectMeta) {
         match self.tells {
-            Tells::Etag => return,
+            Tells::Etag => {}
             Tells::WeakEtag => meta.e_tag = meta.e_tag.as_ref().map(|etag| format!("W/{etag}")),
             Tells::Time => meta.e_tag = None,
             Tells::Nothing => {

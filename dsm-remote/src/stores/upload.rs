@@ -116,6 +116,6 @@ fn failure(error: object_store::Error) -> Error {
     match error {
         Store::NotFound { .. } => Error::NotFound(refusal),
         Store::PermissionDenied { .. } | Store::Unauthenticated { .. } => Error::Denied(refusal),
-        _ => Error::Store { attempts: 1, refusal },
+        _ => Error::NotTaken(refusal),
     }
 }
