@@ -274,7 +274,7 @@ fn what_does_not_fit_together_is_refused() {
     for (kind, switch, value, says) in [
         ("layers", "--resets", "3", "--resets is for maps of kind mtsm"),
         ("fragments", "--resets", "3", "--resets is for maps of kind mtsm"),
-        ("layers", "--samples", "4", "one sample a pixel"),
+        ("fragments", "--samples", "65", "1 to as many as those"),
         ("layers", "--tolerance", "0.1", "--tolerance is for maps of kind deep, fragments or mtsm"),
         ("mtsm", "--crop", "0,0,64,64", "--crop is for maps of kind deep"),
         ("mtsm", "--codec", "quantized", "--codec quantized is for maps of kind deep"),
