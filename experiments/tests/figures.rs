@@ -27,6 +27,7 @@ fn figure_7(figure: &Figure7, report: &Report) {
             assert!(error.root_mean_square > 0.05 * noise, "{row:?}");
         }
         assert!(row.deep_bytes[1] > row.deep_bytes[0]);
+        assert!(row.exact_bytes > row.deep_bytes[0], "{row:?}");
     }
     for pair in rows.windows(2) {
         for method in 0..2 {

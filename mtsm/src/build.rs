@@ -12,6 +12,7 @@ use dsm_trace::detail::LightFrame;
 use crate::depth_layers::{DepthLayers, MultilayerDepthMap};
 use crate::layer::Layer;
 use crate::layered_pixels::{LayeredPixels, LayeredPixelsBuilder};
+use crate::mean_layers::MeanLayers;
 use crate::multilayer_map::MultilayerMap;
 use crate::multilayer_settings::{LayeredInfo, MultilayerSettings};
 use crate::run_builder::RunBuilder;
@@ -140,30 +141,39 @@ impl<T: Transmittance, S: HitSource<T>> MultilayerBaker<T, S> {
     }
 
     /// Bakes one tile of a multilayer depth map (§4.2): of each pixel the
-    /// nearest surfaces that its ray meets, by insertion. Media are left out.
+    /// nearest surfaces that its ray meets, by insertion. Media are left out. Of several
+    /// rays, as of one at several times, layers let through the mean up to any depth:
+    /// O(h log h) for the h surfaces of a pixel.
     ///
     /// # Errors
     ///
-    /// As [`Baker::sampled_tile`], and [`Error::Setting`] if a pixel has more
-    /// than one ray.
+    /// As [`Baker::sampled_tile`], and [`Error::Setting`] for a filter that is not a box of
+    /// one pixel.
     pub fn depth_tile(
         &self,
         tile: [u32; 2],
     ) -> std::result::Result<BakedLayers<DepthLayers<T>>, S::Error> {
         let bake = &self.settings.bake;
-        if bake.sampling.samples_per_pixel() != 1 || !bake.filter.is_pixel() {
-            let reason = "a multilayer depth map has one ray a pixel";
-            return Err(Error::Setting { setting: "samples", reason }.into());
+        if !bake.filter.is_pixel() {
+            let reason = "layers are those of one pixel's own rays: a box of width 1";
+            return Err(Error::Setting { setting: "filter", reason }.into());
         }
         let [min, [width, height]] = tile_block(bake, tile);
         // Pixels come in any order.
         let mut lists = vec![0..0; width as usize * height as usize];
         let mut surfaces = Vec::new();
+        let mut mean = MeanLayers::new();
+        let is_seen = |hit: &&SurfaceHit<T>| hit.depth > self.settings.light_depth;
         let hits = self.baker.sampled_tile(tile, |pixel| {
             let [x, y] = [0, 1].map(|axis| (pixel.pixel()[axis] - min[axis]) as usize);
             let start = surfaces.len();
-            let met = pixel.rays().iter().flat_map(|ray| ray.surfaces());
-            surfaces.extend(met.filter(|hit| hit.depth > self.settings.light_depth).copied());
+            match pixel.rays() {
+                [ray] => surfaces.extend(ray.surfaces().iter().filter(is_seen).copied()),
+                rays => {
+                    let met = rays.iter().map(|ray| ray.surfaces().iter().filter(is_seen));
+                    mean.append(met, &mut surfaces);
+                }
+            }
             lists[y * width as usize + x] = start..surfaces.len();
         })?;
         let mut pixels = DepthLayers::clear(width, height, self.settings.max_layers);

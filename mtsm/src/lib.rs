@@ -14,6 +14,7 @@ mod layer;
 mod layered_pixels;
 mod layers_of_pixel;
 mod leaf_rule;
+mod mean_layers;
 mod multilayer_map;
 mod multilayer_settings;
 mod multilayer_tracer;

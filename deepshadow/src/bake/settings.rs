@@ -51,8 +51,9 @@ pub struct Bake {
     pub kind: Kind,
     /// Width and height in pixels.
     pub resolution: [u32; 2],
-    /// Samples a pixel. None: 16 of deep maps, the ray through the pixel's centre
-    /// at mid-shutter of layered ones.
+    /// Samples a pixel; of kinds `layers` and `fragments` times, all over the shutter, of the
+    /// latter no more than places of a pixel. None: 16 of deep maps, the ray through the
+    /// pixel's centre at mid-shutter of layered ones.
     pub samples: Option<u32>,
     /// The pixel filter. Default: a box of one pixel.
     pub filter: Filter,

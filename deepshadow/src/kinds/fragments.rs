@@ -38,8 +38,10 @@ impl ShadowKind for Fragments {
             let reason = "a side of a pixel has 1, 2, 4 or 8 places that are covered or not";
             return Err(Error::Unsupported(reason.to_owned()));
         }
-        if settings.samples.is_some_and(|samples| samples != 1) {
-            let reason = "fragments take --coverage, not --samples";
+        let places = settings.coverage.unwrap_or(COVERAGE).pow(2);
+        if settings.samples.is_some_and(|times| !(1..=places).contains(&times)) {
+            let reason = "the samples of a map of fragments are times that the places of a pixel \
+                          (--coverage) are shared out to: 1 to as many as those";
             return Err(Error::Unsupported(reason.to_owned()));
         }
         if settings.resets.is_some() {
@@ -79,7 +81,8 @@ impl BakeFromBehind for Fragments {
         let coverage = asked.coverage.unwrap_or(COVERAGE);
         let mut builder =
             FragmentBuilder::new(view.shadow_camera(), asked.resolution, light_depth.into())?
-                .with_coverage(coverage)?;
+                .with_coverage(coverage)?
+                .with_times(asked.samples.unwrap_or(1), asked.seed)?;
         if let Some(layers) = asked.max_layers {
             builder = builder.with_layers(layers)?;
         }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use dsm_core::{Tolerance, Transmittance, ViewRaster};
+use dsm_core::{PixelSampling, Tolerance, Transmittance, ViewRaster};
 use dsm_io::detail::Container;
 use dsm_io::{Limits, MergeReport};
 use mtsm::MultilayerBaker;
@@ -19,7 +19,7 @@ use crate::file::open_options::OpenOptions;
 use crate::file::{CachedFile, OpenMap};
 use crate::merge::MergeSettings;
 
-/// The first hits of every pixel's centre.
+/// The first hits of every pixel's centre, at one time or several.
 pub(super) struct Layers;
 
 impl ShadowKind for Layers {
@@ -27,7 +27,9 @@ impl ShadowKind for Layers {
         if settings.coverage.is_some() {
             return refuse("--coverage", "fragments");
         }
-        check_surfaces(settings)
+        // Its samples are times.
+        PixelSampling::centre_over_time(settings.samples.unwrap_or(1), settings.seed)?;
+        check_surfaces(&Bake { samples: None, ..settings.clone() })
     }
 
     fn merge(
@@ -73,11 +75,13 @@ impl BakeFromBehind for Layers {
         source: AnyHitSource<'_, T>,
         output: &Path,
     ) -> Result<BakeReport> {
-        let settings = layered::settings(job, view, light_depth, 0.0)?;
+        let mut settings = layered::settings(job, view, light_depth, 0.0)?;
+        let times = job.settings.samples.unwrap_or(1);
+        settings.bake.sampling = PixelSampling::centre_over_time(times, job.settings.seed)?;
         let baker = MultilayerBaker::<T, _>::new(source, settings)?;
         let describe = |metadata: &mut _| job.describe(metadata);
         let baked =
             bake_layers(&baker, output, job.settings.packing, describe, |at| job.watch(at))?;
-        Ok(job.report::<T>(1, Tolerance::EXACT, baked))
+        Ok(job.report::<T>(times, Tolerance::EXACT, baked))
     }
 }

@@ -31,8 +31,19 @@ const JITTER_BITS: u32 = 20;
 #[derive(Clone, Debug, PartialEq)]
 pub struct PixelSampling {
     seed: u64,
-    jittered: bool,
+    spread: Spread,
     cells: Vec<Cell>,
+}
+
+/// Where in its stratum a sample lies, and when.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Spread {
+    /// Anywhere, at a time of its own.
+    Jittered,
+    /// At the corner of its cell, which has no size, when the shutter is half way.
+    Still,
+    /// There, at one of as many times of the pixel.
+    Times(u32),
 }
 
 /// A stratum of the unit square.
@@ -70,13 +81,37 @@ impl PixelSampling {
                 }
             })
         });
-        Ok(Self { seed, jittered: true, cells: cells.collect() })
+        Ok(Self { seed, spread: Spread::Jittered, cells: cells.collect() })
     }
 
     /// One sample a pixel, through its centre when the shutter is half way.
     #[must_use]
     pub fn centre() -> Self {
-        Self { seed: 0, jittered: false, cells: vec![Cell { min: [0.5; 2], size: [0.0; 2] }] }
+        let cells = vec![Cell { min: [0.5; 2], size: [0.0; 2] }];
+        Self { seed: 0, spread: Spread::Still, cells }
+    }
+
+    /// `times` samples a pixel through its centre, one in each of as many strata of the
+    /// shutter's time; for one that is [`Self::centre`].
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::new`].
+    ///
+    /// ```
+    /// use dsm_core::{PixelSampling, TileSamples};
+    ///
+    /// let sampling = PixelSampling::centre_over_time(4, 0)?;
+    /// let samples = TileSamples::new(&sampling, [3, 0], [1, 1], None)?;
+    /// assert!(samples.x().iter().all(|&x| x == 3.5));
+    /// let mut strata: Vec<_> = samples.times().iter().map(|time| (4.0 * time) as u32).collect();
+    /// strata.sort_unstable();
+    /// assert_eq!(strata, [0, 1, 2, 3]);
+    /// # Ok::<(), dsm_core::Error>(())
+    /// ```
+    pub fn centre_over_time(times: u32, seed: u64) -> Result<Self> {
+        let cells = vec![Self::centre().cells[0]; Self::new(times, seed)?.cells.len()];
+        Self { cells, ..Self::centre() }.over_time(times, seed)
     }
 
     /// `side` × `side` samples a pixel, row by row through the centres of equal
@@ -104,7 +139,23 @@ impl PixelSampling {
         let cells = (0..samples)
             .map(|index| Cell { min: [centre(index % side), centre(index / side)], size: [0.0; 2] })
             .collect();
-        Ok(Self { seed: 0, jittered: false, cells })
+        Ok(Self { seed: 0, spread: Spread::Still, cells })
+    }
+
+    /// The same places at `times` times of each pixel, one in each of as many strata of the
+    /// shutter's time. As many samples have each, or one more or less, and which is random.
+    /// For one time all samples stay half way.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Setting`] unless there are 1 to as many as samples.
+    pub fn over_time(self, times: u32, seed: u64) -> Result<Self> {
+        if !(1..=self.samples_per_pixel()).contains(&times) {
+            let reason = "must be 1 to as many as places of a pixel";
+            return Err(Error::Setting { setting: "times", reason });
+        }
+        let spread = if times == 1 { Spread::Still } else { Spread::Times(times) };
+        Ok(Self { seed, spread, ..self })
     }
 
     /// Samples a pixel.
@@ -122,7 +173,7 @@ impl PixelSampling {
         order: &mut Vec<u32>,
         mut sink: impl FnMut(f64, f64, f32),
     ) {
-        if !self.jittered {
+        if self.spread == Spread::Still {
             self.cells.iter().for_each(|cell| sink(cell.min[0], cell.min[1], 0.5));
             return;
         }
@@ -130,6 +181,16 @@ impl PixelSampling {
         let place = mix(mix(self.seed) ^ (y << 32 | x));
         let shutter = mix(place);
         shuffle(self.samples_per_pixel(), shutter, order);
+        if let Spread::Times(times) = self.spread {
+            let per_time = f64::from(times).recip();
+            for (cell, &number) in self.cells.iter().zip(&*order) {
+                let stratum = number % times;
+                let bits = mix(place.wrapping_add(u64::from(stratum + 1).wrapping_mul(WEYL)));
+                let time = (f64::from(stratum) + jitter(bits >> (2 * JITTER_BITS))) * per_time;
+                sink(cell.min[0], cell.min[1], time as f32);
+            }
+            return;
+        }
         let per_sample = (self.cells.len() as f64).recip();
         for ((index, cell), &stratum) in (1_u64..).zip(&self.cells).zip(&*order) {
             let bits = mix(place.wrapping_add(index.wrapping_mul(WEYL)));
@@ -242,6 +303,32 @@ mod tests {
         // Five standard deviations.
         let bound = 5.0 / (12.0 * f64::from(pixels)).sqrt();
         assert!(times.iter().all(|mean| (mean - 0.5).abs() < bound), "{times:?}");
+    }
+
+    #[test]
+    fn places_stand_still_over_time() {
+        for (times, seed) in [(2, 0), (5, 1), (16, 2), (63, 3), (64, 4)] {
+            let sampling = PixelSampling::grid(8).unwrap().over_time(times, seed).unwrap();
+            let still = samples(&PixelSampling::grid(8).unwrap(), [9, -2]);
+            let moved = samples(&sampling, [9, -2]);
+            let mut counts = vec![0_u32; times as usize];
+            let mut of_stratum = vec![None; times as usize];
+            for (one, other) in still.iter().zip(&moved) {
+                assert_eq!((one.0, one.1), (other.0, other.1));
+                let stratum = (f64::from(other.2) * f64::from(times)) as usize;
+                counts[stratum] += 1;
+                // One time a stratum, so that what is flat stays one fragment.
+                assert_eq!(*of_stratum[stratum].get_or_insert(other.2), other.2);
+            }
+            let each = 64 / times;
+            assert!(counts.iter().all(|&count| count == each || count == each + 1), "{counts:?}");
+            assert_ne!(moved, samples(&sampling, [9, -3]));
+        }
+        let grid = PixelSampling::grid(8).unwrap();
+        assert_eq!(grid.clone().over_time(1, 9).unwrap().spread, Spread::Still);
+        assert!(grid.clone().over_time(0, 0).is_err() && grid.over_time(65, 0).is_err());
+        assert!(PixelSampling::centre_over_time(0, 0).is_err());
+        assert!(PixelSampling::centre_over_time(4097, 0).is_err());
     }
 
     #[test]

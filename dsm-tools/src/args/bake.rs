@@ -47,8 +47,8 @@ pub(crate) struct BakeFlags {
     /// prefiltered 1024; of fragments 1024, or 512 where that is fine enough for strands]
     #[arg(long, value_name = "W[xH]", value_parser = values::resolution)]
     resolution: Option<[u32; 2]>,
-    /// Samples a pixel [default: 16; of layered maps 1, the ray through the
-    /// pixel's centre at mid-shutter]
+    /// Samples a pixel; of kinds layers and fragments times, all over the shutter [default:
+    /// 16; of layered maps 1, the ray through the pixel's centre at mid-shutter]
     #[arg(long, value_name = "N")]
     #[arg(value_parser = RangedU64ValueParser::<u32>::new().range(1..=4096))]
     samples: Option<u32>,

@@ -10,7 +10,7 @@ use deepshadow::files::{Attribute, ConvertOptions, Limits, MapSource, convert};
 use deepshadow::scene::Scene;
 use deepshadow::scene::detail::{frame_path, open_scene_with};
 use deepshadow::visibility::Progress;
-use deepshadow::{BakeReport, ShadowMap, bake};
+use deepshadow::{BakeReport, Kind, ShadowMap, bake};
 use serde::Serialize;
 
 use crate::args::{Bake, is_exr};
@@ -135,7 +135,9 @@ pub(crate) fn doubts(
     }
     if settings.kind.is_layered() && scene.is_moving() && settings.samples.unwrap_or(1) == 1 {
         let kind = settings.kind.name();
-        doubts.push(format!("what moves is in a map of kind {kind} as it is at mid-shutter"));
+        let has_times = [Kind::FRAGMENTS, Kind::LAYERS, Kind::MTSM].contains(&settings.kind);
+        let more = if has_times { ": --samples N takes it at N times" } else { "" };
+        doubts.push(format!("what moves is in a map of kind {kind} as it is at mid-shutter{more}"));
     }
     doubts
 }

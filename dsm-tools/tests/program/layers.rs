@@ -275,7 +275,7 @@ fn what_does_not_fit_together_is_refused() {
     for (kind, switch, value, says) in [
         ("layers", "--resets", "3", "--resets is for maps of kind mtsm"),
         ("fragments", "--resets", "3", "--resets is for maps of kind mtsm"),
-        ("layers", "--samples", "4", "one sample a pixel"),
+        ("fragments", "--samples", "65", "1 to as many as those"),
         ("layers", "--tolerance", "0.1", "--tolerance is for maps of kind deep, fragments or mtsm"),
         ("mtsm", "--crop", "0,0,5,64", "multiples of 64"),
         ("mtsm", "--codec", "quantized", "--codec quantized is for maps of kind deep"),

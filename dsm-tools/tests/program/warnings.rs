@@ -157,7 +157,8 @@ fn what_moves_is_taken_at_mid_shutter_in_layered_maps() {
         let bake = run!("bake", scene, "-o", map, "--kind", kind, SMALL[0], SMALL[1], "--quiet");
         bake.warned(&format!("of kind {kind} as it is at mid-shutter"));
     }
-    for more in [["--kind", "deep"], ["--kind", "mtsm"]] {
+    let layered = [["--kind", "mtsm"], ["--kind", "layers"], ["--kind", "fragments"]];
+    for more in [["--kind", "deep"]].into_iter().chain(layered) {
         let samples = ["--samples", "4", "--strict"];
         run!("bake", scene, "-o", map, more[0], more[1], samples[0], samples[1], samples[2])
             .stdout();

@@ -20,6 +20,8 @@ pub struct StoredMap {
     pub side: u32,
     /// Length of the file in bytes.
     pub bytes: u64,
+    /// Length of a file of the same map with depths and values as they are, codec `exact`.
+    pub bytes_exact: u64,
     /// Length of the file with all mip levels.
     pub bytes_with_mips: u64,
     /// How long the bake took, on all cores.
@@ -103,9 +105,16 @@ fn store(stage: &Stage, side: u32, folder: &TempDir) -> Result<StoredMap> {
     let never = |_| ControlFlow::Continue(());
     let report = bake(&baker, &path, &options, |_| (), never)?;
     let seconds = start.elapsed().as_secs_f64();
+    let settings = BakeSettings { quantization: None, ..baker.settings().clone() };
+    let exact = folder.path().join(format!("{side}-exact.dsm"));
+    let options = BakeOptions::default();
+    let bytes_exact =
+        bake(&Baker::new(&stage.source, settings)?, &exact, &options, |_| (), never)?.bytes;
+    std::fs::remove_file(exact)?;
     let path_with_mips = folder.path().join(format!("{side}-mip.dsm"));
     let reader = MapReader::open(&path, &Limits::default())?;
     mip(&reader, &path_with_mips, &PyramidOptions::default(), Progress::ignore)?;
     let bytes_with_mips = std::fs::metadata(&path_with_mips)?.len();
-    Ok(StoredMap { side, bytes: report.bytes, bytes_with_mips, seconds, path, path_with_mips })
+    let bytes = report.bytes;
+    Ok(StoredMap { side, bytes, bytes_exact, bytes_with_mips, seconds, path, path_with_mips })
 }

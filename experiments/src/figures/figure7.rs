@@ -66,6 +66,8 @@ pub struct Figure7Row {
     pub packed_depths: u64,
     /// Bytes of the deep map's file, without and with mip levels.
     pub deep_bytes: [u64; 2],
+    /// Bytes of the same in codec `exact`.
+    pub exact_bytes: u64,
     /// Bytes of the normal map as the paper counts.
     pub paper_bytes: f64,
 }
@@ -181,10 +183,12 @@ impl Figure7 {
                 "samples",
                 "4/3 B a sample",
                 "f32 in zstd",
-                "deep",
-                "deep, mips",
-                "smaller than 4/3 B",
-                "than zstd",
+                "deep, quantized",
+                "deep, exact",
+                "quantized, mips",
+                "quantized smaller than 4/3 B",
+                "exact smaller",
+                "quantized smaller than zstd",
                 "paper: normal",
                 "deep",
                 "smaller",
@@ -197,8 +201,10 @@ impl Figure7 {
                     megabytes(row.paper_bytes),
                     megabytes(packed),
                     megabytes(deep),
+                    megabytes(row.exact_bytes as f64),
                     megabytes(with_mips),
                     format!("{:.1}", row.size_ratio()),
+                    format!("{:.1}", row.paper_bytes / row.exact_bytes as f64),
                     format!("{:.1}", packed / deep),
                     or_none(paper(row.side).map(|row| row.3), 2),
                     or_none(paper(row.side).map(|row| row.4), 2),
@@ -300,6 +306,7 @@ fn row(
         nanoseconds,
         packed_depths: packed_depths(&depths)?,
         deep_bytes: [stored.bytes, stored.bytes_with_mips],
+        exact_bytes: stored.bytes_exact,
         paper_bytes: depths.depths().len() as f64 * PAPER_BYTES,
     })
 }

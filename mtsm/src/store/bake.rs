@@ -46,7 +46,7 @@ where
 ///
 /// # Errors
 ///
-/// As [`bake_mtsm`], and if a pixel has more than one ray.
+/// As [`bake_mtsm`], and for a filter that is not a box of one pixel.
 pub fn bake_layers<T: Transmittance, S: HitSource<T>>(
     baker: &MultilayerBaker<T, S>,
     output: &Path,

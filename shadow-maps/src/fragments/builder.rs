@@ -22,7 +22,7 @@ use super::media::columns::MediaColumns;
 pub(super) const TILE: u32 = 16;
 
 /// Builds a [`FragmentMap`] from what a [`HitSource`] shows at 1, 2 × 2, 4 × 4
-/// or 8 × 8 places of each pixel, when the shutter is half way.
+/// or 8 × 8 places of each pixel, when the shutter is half way or at several times.
 ///
 /// Hits of a pixel that lie in one plane, do not overlap and are equally opaque
 /// become one fragment. Hits without a normal, as of strands, face the camera. Media are
@@ -148,6 +148,19 @@ impl FragmentBuilder {
             return Err(Error::Setting { setting: "coverage", reason: "it must be 1, 2, 4 or 8" });
         }
         Ok(Self { coverage: side, sampling: PixelSampling::grid(side)?, ..self })
+    }
+
+    /// Takes the places of the coverage at `times` times all over the shutter, instead of
+    /// half way: as many of each pixel at each time, and which is random. What moves then
+    /// covers a place of the map with the share of the shutter that it spends there, so that
+    /// rays through many places meet it that often. What stands still comes out the same. At
+    /// most `times` as many fragments where something moves. Comes after the coverage.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Setting`] unless they are 1 to as many as places of a pixel.
+    pub fn with_times(self, times: u32, seed: u64) -> Result<Self> {
+        Ok(Self { sampling: PixelSampling::grid(self.coverage)?.over_time(times, seed)?, ..self })
     }
 
     /// Sets the maximum number of fragments a pixel: the nearest to the light are
