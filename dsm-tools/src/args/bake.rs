@@ -11,7 +11,7 @@ use deepshadow::{Channels, Kind};
 
 use super::compression::CompressionFlags;
 use super::prefilter::PrefilterFlags;
-use super::values::{self, Effort, Strictness};
+use super::values::{self, Effort, SceneFlags, Strictness};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -132,6 +132,8 @@ pub(crate) struct BakeFlags {
     /// Seed of the samples' places, with the pixel; of kind attenuation of the light's points
     #[arg(long, value_name = "N", default_value = "0")]
     seed: u64,
+    #[command(flatten)]
+    reading: SceneFlags,
     #[command(flatten)]
     effort: Effort,
     /// Print one JSON document
@@ -292,9 +294,10 @@ impl TryFrom<BakeFlags> for Bake {
         settings.pyramid = flags.mip.then(PyramidOptions::default);
         settings.seed = flags.seed;
         settings.check().map_err(text)?;
-        let BakeFlags { scene, grid, frame, output, effort, json, quiet, strictness, .. } = flags;
+        let BakeFlags { scene, grid, frame, output, reading, effort, .. } = flags;
+        let BakeFlags { json, quiet, strictness, .. } = flags;
         let Strictness { strict } = strictness;
-        let scene_options = values::scene_options(grid, frame);
+        let scene_options = reading.options(grid, frame);
         let output = match frame {
             Some(frame) => frame_path(&output, frame),
             None => output,

@@ -15,7 +15,7 @@ use super::far_table::FarTableName;
 use super::filtering::{self, FilterName};
 use super::layer_rule::LayerFlags;
 use super::prefilter::AccumulateName;
-use super::values::{self, Effort, ImageFile, ImageFormat, Strictness};
+use super::values::{self, Effort, ImageFile, ImageFormat, SceneFlags, Strictness};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -121,6 +121,8 @@ pub(crate) struct RenderFlags {
     /// Seed of the rays, with the pixel
     #[arg(long, value_name = "N", default_value = "0")]
     seed: u64,
+    #[command(flatten)]
+    reading: SceneFlags,
     #[command(flatten)]
     effort: Effort,
     /// Show no progress, and print nothing but what --json and --compare ask
@@ -286,10 +288,10 @@ impl TryFrom<RenderFlags> for Render {
             seed,
             ..
         } = flags;
-        let RenderFlags { effort, quiet, light_size, strictness, .. } = flags;
+        let RenderFlags { reading, effort, quiet, light_size, strictness, .. } = flags;
         Ok(Self {
             scene,
-            scene_options: values::scene_options(grid, None),
+            scene_options: reading.options(grid, None),
             output,
             method,
             samples,

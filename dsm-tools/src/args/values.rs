@@ -9,6 +9,7 @@ use deepshadow::scene::detail::{GridChoice, SceneOptions};
 use deepshadow::visibility::Tolerance;
 
 use crate::input::STREAM;
+use crate::memory;
 
 /// Use of the machine.
 #[derive(Clone, Copy, Debug, Args)]
@@ -31,13 +32,28 @@ pub(super) fn grid(text: &str) -> Result<GridChoice, String> {
     text.parse().map_err(|error: deepshadow::scene::Error| error.to_string())
 }
 
-/// What is read of a scene's file.
-pub(super) fn scene_options(grid: Option<GridChoice>, frame: Option<u32>) -> SceneOptions {
-    let options =
-        grid.map_or_else(SceneOptions::default, |grid| SceneOptions::default().grid(grid));
-    match frame {
-        Some(frame) => options.frame(frame),
-        None => options,
+/// How a scene is read.
+#[derive(Clone, Copy, Debug, Args)]
+pub(super) struct SceneFlags {
+    /// The most memory that the scene may take, with what is built to trace it: bytes, or
+    /// with K, M or G [default: three quarters of the machine's]
+    #[arg(long, value_name = "BYTES", value_parser = bytes)]
+    memory: Option<u64>,
+}
+
+impl SceneFlags {
+    /// The options of reading it.
+    pub(super) fn options(self, grid: Option<GridChoice>, frame: Option<u32>) -> SceneOptions {
+        let options = SceneOptions::default();
+        let options = options.memory(self.memory.unwrap_or_else(memory::for_a_scene));
+        let options = match grid {
+            Some(grid) => options.grid(grid),
+            None => options,
+        };
+        match frame {
+            Some(frame) => options.frame(frame),
+            None => options,
+        }
     }
 }
 

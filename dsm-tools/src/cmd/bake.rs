@@ -15,13 +15,13 @@ use serde::Serialize;
 
 use crate::args::{Bake, is_exr};
 use crate::in_map::empty_is;
+use crate::memory;
 use crate::output::limit;
 use crate::output::progress::Watch;
 use crate::output::stated::StatedReport;
 use crate::output::warnings::Warnings;
 use crate::output::written::{Written, channels_name};
 use crate::parallel::with_threads;
-use crate::plan::peak::peak_memory;
 
 /// What headers say that they were written by.
 const SOFTWARE: &str = concat!("dsm-tools ", env!("CARGO_PKG_VERSION"));
@@ -68,7 +68,7 @@ pub(crate) fn run(request: &Bake) -> Result<()> {
         gained: report.gained,
         scene_s: opened.as_secs_f64(),
         bake_s: (started.elapsed() - opened).as_secs_f64(),
-        peak_bytes: peak_memory(),
+        peak_bytes: memory::peak(),
         warnings: &warnings,
     };
     let Details { tolerance, samples, hits, cut_pixels, scene_s, bake_s, .. } = details;

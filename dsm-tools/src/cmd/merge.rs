@@ -8,13 +8,13 @@ use deepshadow::{ShadowMap, merge};
 use serde::Serialize;
 
 use crate::args::Merge;
+use crate::memory;
 use crate::output::progress::Watch;
 use crate::output::written::{Written, channels_name};
 use crate::parallel::with_threads;
 use crate::plan::found::FoundPart;
 use crate::plan::job::Plan;
 use crate::plan::parts;
-use crate::plan::peak::peak_memory;
 
 /// The command's part of the JSON document.
 #[derive(Serialize)]
@@ -72,7 +72,7 @@ pub(crate) fn run(request: &Merge) -> Result<()> {
         details: Details {
             operation,
             maps: count,
-            peak_bytes: peak_memory(),
+            peak_bytes: memory::peak(),
             tolerance: info.tolerance.epsilon(),
         },
         notes,

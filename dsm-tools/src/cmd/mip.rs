@@ -5,10 +5,10 @@ use deepshadow::files::{Limits, MapReader, Metadata, mip};
 use serde::Serialize;
 
 use crate::args::Mip;
+use crate::memory;
 use crate::output::progress::Watch;
 use crate::output::written::Written;
 use crate::parallel::with_threads;
-use crate::plan::peak::peak_memory;
 
 /// The command's part of the JSON document.
 #[derive(Serialize)]
@@ -40,7 +40,7 @@ pub(crate) fn run(request: &Mip) -> Result<()> {
         height,
         channels,
         bytes: written.container().file_length(),
-        details: Details { levels, peak_bytes: peak_memory() },
+        details: Details { levels, peak_bytes: memory::peak() },
         notes: Vec::new(),
         summary: format!("{levels} level{plural}"),
         lines: Vec::new(),

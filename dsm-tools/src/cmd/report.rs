@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use deepshadow::files::detail::{TileRect, replace_file};
-use deepshadow::scene::detail::open_scene_with;
+use deepshadow::scene::detail::{SceneOptions, open_scene_with};
 use deepshadow::scene::{Scene, TracedScene};
 use deepshadow::{Kind, ShadowMap};
 
@@ -57,7 +57,7 @@ fn make(request: &args::Report) -> Result<Report> {
         report.maps.push(entry(path, name_of(path))?);
     }
     if let Some(path) = &request.scene {
-        let scene = open_scene_with(path, &Default::default())?;
+        let scene = open_scene_with(path, &SceneOptions::default().memory(memory::for_a_scene()))?;
         let work = Work { request, path, traced: Arc::new(TracedScene::new(&scene)?), scene };
         work.render_all(&mut report)?;
     }

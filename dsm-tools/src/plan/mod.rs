@@ -10,7 +10,6 @@ pub(crate) mod frames;
 pub(crate) mod job;
 pub(crate) mod openjd;
 pub(crate) mod parts;
-pub(crate) mod peak;
 pub(crate) mod slurm;
 pub(crate) mod sum;
 pub(crate) mod trial;
