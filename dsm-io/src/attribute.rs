@@ -152,7 +152,11 @@ impl Number {
             Self::I32 => {
                 bytes.extend(i32::try_from(value.as_i64()?).ok()?.to_le_bytes());
             }
-            Self::F32 => bytes.extend((value.as_f64()? as f32).to_le_bytes()),
+            Self::F32 => {
+                // What is not finite is written as bytes.
+                let value = Some(value.as_f64()? as f32).filter(|value| value.is_finite());
+                bytes.extend(value?.to_le_bytes());
+            }
             Self::F64 => bytes.extend(value.as_f64()?.to_le_bytes()),
         }
         Some(())

@@ -26,6 +26,7 @@ mod map_tile;
 mod measured_pixels;
 mod merge;
 mod metadata;
+mod metadata_text;
 mod progress;
 mod pyramid;
 mod reader;

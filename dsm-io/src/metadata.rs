@@ -3,10 +3,12 @@
 use std::collections::BTreeMap;
 
 use dsm_core::MapInfo;
+use dsm_core::detail::LightShape;
 use serde::Deserialize;
 
 use crate::attribute::Attribute;
 use crate::error::{Error, Result};
+use crate::metadata_text::check_text;
 
 /// The metadata of a map: its size, channels, camera, light and free attributes.
 ///
@@ -64,6 +66,7 @@ impl Metadata {
     ///
     /// [`Error::Metadata`] as [`Self::from_json`].
     pub fn from_json_of_any_kind(json: &[u8]) -> Result<Self> {
+        check_text(json)?;
         let info = serde_json::from_slice(json).map_err(Error::Json)?;
         let Read { width, height, channels, software, attributes } =
             serde_json::from_slice(json).map_err(Error::Json)?;
@@ -89,6 +92,19 @@ impl Metadata {
             .flatten();
         if !matrices.into_iter().all(|matrix| matrix.is_finite()) {
             return refuse("the camera's matrices must be finite");
+        }
+        let windows = [("data", self.info.data_window), ("display", self.info.display_window)];
+        for (name, window) in windows {
+            if window.is_some_and(|window| window.size().contains(&0)) {
+                return Err(Error::Metadata(format!("the {name} window holds no pixel")));
+            }
+        }
+        if self
+            .info
+            .light
+            .is_some_and(|light| light.shape() == LightShape::Point && light.size() != [0.0; 2])
+        {
+            return refuse("a light that is a point has no size");
         }
         if let Some(light) = self.info.light
             && !light.size().iter().all(|size| size.is_finite() && *size >= 0.0)

@@ -21,6 +21,16 @@ pub struct CutLayers {
     pub sum: Option<u64>,
 }
 
+impl CutLayers {
+    /// What its numbers cannot be, if they are that.
+    #[must_use]
+    pub fn broken_rule(&self) -> Option<&'static str> {
+        let is_part = |light: f32| (0.0..=1.0).contains(&light);
+        let are_parts = is_part(self.max) && is_part(self.mean);
+        (!are_parts).then_some("the light that is lost or gained must lie in [0, 1]")
+    }
+}
+
 /// The sum of what is cut, tile by tile in any order.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CutSum {

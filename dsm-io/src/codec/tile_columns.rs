@@ -268,13 +268,32 @@ impl<'a> ColumnReader<'a> {
     ///
     /// [`Error::Invalid`] if not.
     pub fn finish(self, range: [f32; 2]) -> Result<()> {
+        self.finish_where(|stated| range == stated)
+    }
+
+    /// Checks that nothing is left, and that the depths that the directory states hold
+    /// `covered`, but for a relative 10⁻⁶: they may be wider.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Invalid`] if not.
+    pub fn finish_around(self, covered: [f64; 2]) -> Result<()> {
+        const ROUNDING: f64 = 1e-6;
+        let [near, far] = covered;
+        self.finish_where(|stated| {
+            let [low, high] = stated.map(f64::from);
+            low <= near * (1.0 + ROUNDING) && high >= far * (1.0 - ROUNDING)
+        })
+    }
+
+    fn finish_where(self, fits: impl FnOnce([f32; 2]) -> bool) -> Result<()> {
         if self.words_left() > 0 {
             return Err(self.refuse("its length is more than its columns have"));
         }
         if self.differences != 0 {
             return Err(self.refuse("there are fewer columns than stored as differences"));
         }
-        if range != [self.entry.z_min, self.entry.z_max] {
+        if !fits([self.entry.z_min, self.entry.z_max]) {
             let reason = "its depths are not the range that its directory entry states";
             return Err(self.refuse(reason));
         }

@@ -184,8 +184,10 @@ impl MapSource {
                 }
                 let mut info = MapInfo::new()
                     .with_tolerance(added)
-                    .with_data_window(pixels(header.data_window))
-                    .with_display_window(pixels(header.display_window));
+                    .with_data_window(pixels(header.data_window));
+                // Images may have one that holds nothing, which maps do not.
+                info.display_window = Some(pixels(header.display_window))
+                    .filter(|window| !window.size().contains(&0));
                 info.camera = camera(header, cameras, &mut report);
                 info.depth_kind = DepthKind::Planar;
                 let mut metadata =

@@ -76,6 +76,12 @@ pub trait MapKind: Debug + Send + Sync + Sized + 'static {
         Self::VERSION
     }
 
+    /// Whether maps with these keys may have a tolerance and errors. Of others all are held
+    /// to be 0.
+    fn has_errors(_keys: &Self::Keys) -> bool {
+        true
+    }
+
     /// Holds the metadata to the kind's rules.
     ///
     /// # Errors

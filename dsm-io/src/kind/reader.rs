@@ -15,7 +15,7 @@ use crate::columns::Columns;
 use crate::crop::Crop;
 use crate::error::{Error, Place, Result, check_limit};
 use crate::format::container::Container;
-use crate::format::directory::TileDirectory;
+use crate::format::directory::{TileDirectory, TileEntry};
 use crate::format::encoded_tile::EncodedTile;
 use crate::format::level::Level;
 use crate::limits::Limits;
@@ -88,6 +88,9 @@ impl<K: MapKind> KindReader<K> {
         Metadata::check_version::<K>(json, &keys)?;
         K::check(&stated, &keys)?;
         K::check_levels(container.levels(), &keys)?;
+        if !K::has_errors(&keys) {
+            check_exact(container)?;
+        }
         let refuse = |reason: &str| Err(Error::invalid(Place::Level(0), reason.to_owned()));
         let crop = match Crop::of_level(container.level(0)?, [stated.width, stated.height]) {
             Ok(crop) => crop,
@@ -402,6 +405,21 @@ fn has_same_pixels(levels: &[Level]) -> bool {
             .chain([level.width, level.height].map(i64::from))
     };
     levels.iter().all(|level| level.number == 0 && rect(level).eq(rect(&levels[0])))
+}
+
+/// Refuses tolerances and errors of a map that has none.
+fn check_exact(container: &Container) -> Result<()> {
+    let refuse = |place| Err(Error::invalid(place, "maps of this kind have no errors"));
+    for (index, level) in (0..).zip(container.levels()) {
+        if level.tolerance != 0.0 || level.error != AchievedError::NONE {
+            return refuse(Place::Level(index));
+        }
+        let wrong = |(_, entry): &(TileId, &TileEntry)| entry.error != AchievedError::NONE;
+        if let Some((id, _)) = container.directory(index)?.iter().find(wrong) {
+            return refuse(Place::Entry(id));
+        }
+    }
+    Ok(())
 }
 
 /// Level 0 of a map with `T`'s channels.

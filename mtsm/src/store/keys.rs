@@ -42,7 +42,8 @@ impl LayeredKeys {
             let reason = format!("a map of kind \"{kind}\" has no key \"coverage\"");
             return Err(Error::Metadata(reason));
         }
-        refuse(self.layering.broken_rule())
+        let cut = self.left_out.and_then(|cut| cut.broken_rule());
+        refuse(self.layering.broken_rule().or(cut))
     }
 }
 

@@ -47,6 +47,10 @@ impl MapKind for Layers {
     type Keys = LayeredKeys;
     type Tile<T: Transmittance> = DepthLayers<T>;
 
+    fn has_errors(_: &LayeredKeys) -> bool {
+        false
+    }
+
     fn check(metadata: &Metadata, keys: &LayeredKeys) -> Result<()> {
         keys.check(Self::NAME)?;
         refuse(keys.layering.broken_rule_of_exact(metadata.info.tolerance))

@@ -37,6 +37,10 @@ impl MapKind for Attenuation {
     type Keys = AttenuationKeys;
     type Tile<T: Transmittance> = FragmentLists<T>;
 
+    fn has_errors(_: &AttenuationKeys) -> bool {
+        false
+    }
+
     fn check(metadata: &Metadata, keys: &AttenuationKeys) -> Result<()> {
         let is_exact = metadata.info.tolerance.epsilon() <= 0.0;
         let inexact = (!is_exact).then_some("maps of this kind have a tolerance of 0");

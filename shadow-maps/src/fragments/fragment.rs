@@ -59,6 +59,21 @@ impl<T: Transmittance> Fragment<T> {
         within.iter().all(|at| (0.0..1.0).contains(at)) && self.coverage >> (8 * y + x) & 1 == 1
     }
 
+    /// The minimum and maximum w of its plane over the squares that it covers. O(squares).
+    pub(super) fn covered(&self) -> [f64; 2] {
+        let [right, down] = self.slope().map(f64::from);
+        let squares = (0..64).filter(|square| self.coverage >> square & 1 == 1);
+        let corners = squares.flat_map(|square| {
+            let (x, y) = (square % 8, square / 8);
+            [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)]
+        });
+        let w = corners.map(|(x, y)| {
+            let [x, y] = [x, y].map(|at| f64::from(at) / 8.0 - 0.5);
+            f64::from(self.w) + right * x + down * y
+        });
+        w.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], w| [low.min(w), high.max(w)])
+    }
+
     /// The minimum and maximum w of its covered part: of the box around it,
     /// with room for the rounding of whoever meets it.
     #[must_use]

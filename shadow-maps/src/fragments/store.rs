@@ -43,6 +43,11 @@ impl MapKind for Fragments {
         if keys.media.is_some() { 2 } else { 1 }
     }
 
+    /// Of media.
+    fn has_errors(keys: &FragmentKeys) -> bool {
+        keys.media.is_some()
+    }
+
     fn check(metadata: &Metadata, keys: &FragmentKeys) -> Result<()> {
         let coverage = (![1, 2, 4, 8].contains(&keys.coverage))
             .then_some("the coverage of fragments must be 1, 2, 4 or 8");
@@ -51,7 +56,8 @@ impl MapKind for Fragments {
         // Of media alone.
         let of_media = keys.media.is_some();
         let tolerance = if of_media { Tolerance::EXACT } else { metadata.info.tolerance };
-        match coverage.or(no_slabs).or(keys.layering.broken_rule_of_exact(tolerance)) {
+        let folded = keys.folded.and_then(|cut| cut.broken_rule());
+        match coverage.or(no_slabs).or(folded).or(keys.layering.broken_rule_of_exact(tolerance)) {
             Some(rule) => Err(Error::Metadata(rule.to_owned())),
             None => Ok(()),
         }
@@ -167,7 +173,13 @@ impl MapKind for Fragments {
             return Err(columns.refuse("a pixel has more layers than the map allows"));
         }
         let range = tile.range();
-        columns.finish(range)?;
+        let entry = columns.entry();
+        // What this writes, told quickly.
+        if range == [entry.z_min, entry.z_max] {
+            columns.finish(range)?;
+        } else {
+            columns.finish_around(tile.covered())?;
+        }
         Ok(tile)
     }
 

@@ -66,7 +66,21 @@ impl<T: Transmittance> FragmentTile<T> {
         (self.columns.w.len() + borders) as u64
     }
 
-    /// Least and greatest depth of all that is covered, and of media.
+    /// Least and greatest depth of all that is covered, and of media, without room: what
+    /// the depths that a file states have to hold.
+    pub(super) fn covered(&self) -> [f64; 2] {
+        let most = f64::from(f32::MAX);
+        let depth = |w: f64| if w > 0.0 { w.recip().min(most) } else { most };
+        let fragments = (0..self.columns.w.len()).map(|index| self.columns.fragment(index));
+        let depths = fragments.map(|fragment| fragment.covered().map(depth));
+        let depths = depths.map(|[far, near]| [near, far]);
+        let media = self.media.as_ref().and_then(MediaColumns::range);
+        let all = depths.chain(media.map(|range| range.map(f64::from)));
+        all.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]).unwrap_or([0.0; 2])
+    }
+
+    /// Least and greatest depth of all that is covered, and of media, with room for rays
+    /// that meet fragments a little beside them.
     pub(super) fn range(&self) -> [f32; 2] {
         let fragments = (0..self.columns.w.len()).map(|index| self.columns.fragment(index));
         let depths = fragments.map(|fragment| {

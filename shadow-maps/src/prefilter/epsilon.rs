@@ -25,6 +25,13 @@ impl Epsilon {
     /// What is nearest to traced rays where lights are 0.03 to 0.3 of their distance wide.
     pub const INTERVAL: Self = Self::Interval(0.6);
 
+    /// What its number cannot be, if it is that.
+    pub(super) fn broken_rule(self) -> Option<&'static str> {
+        let (Self::Widths(number) | Self::Interval(number)) = self;
+        let is_length = (0.0..f32::INFINITY).contains(&number);
+        (!is_length).then_some("epsilon must be finite and not negative")
+    }
+
     /// The interval of a level.
     ///
     /// # Errors

@@ -61,7 +61,8 @@ impl Filtering {
     pub(super) fn geometry(&self, levels: &[Level]) -> Result<Vec<LevelGeometry>, &'static str> {
         let broken = Err("the levels are not those of a prefiltered map of its size");
         let count = levels.iter().take_while(|level| level.view == 0).count();
-        if count == 0 || count > MOST_LEVELS {
+        // There is one view.
+        if count == 0 || count > MOST_LEVELS || count < levels.len() {
             return broken;
         }
         let last = count as u32 - 1;

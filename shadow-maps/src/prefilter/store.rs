@@ -3,7 +3,7 @@
 
 use dsm_core::Transmittance;
 use dsm_io::detail::{
-    ColumnReader, EncodedTile, FieldKind, Level, MapKind, PixelValue, Result, StoredTile,
+    ColumnReader, EncodedTile, FieldKind, Level, MapKind, PixelValue, Place, Result, StoredTile,
     TileColumn,
 };
 use dsm_io::{Codec, Error, MapSummary, Metadata, Packing, PixelContents};
@@ -34,8 +34,15 @@ impl MapKind for Prefiltered {
     type Keys = PrefilteredKeys;
     type Tile<T: Transmittance> = PrefilteredTile<T>;
 
+    fn has_errors(_: &PrefilteredKeys) -> bool {
+        false
+    }
+
     fn check(metadata: &Metadata, keys: &PrefilteredKeys) -> Result<()> {
-        match keys.layering.broken_rule_of_exact(metadata.info.tolerance) {
+        let cut = keys.left_out.and_then(|cut| cut.broken_rule());
+        let epsilon = keys.filtering.epsilon.broken_rule();
+        let layering = keys.layering.broken_rule_of_exact(metadata.info.tolerance);
+        match layering.or(cut).or(epsilon) {
             Some(rule) => Err(Error::Metadata(rule.to_owned())),
             None => Ok(()),
         }
@@ -63,13 +70,21 @@ impl MapKind for Prefiltered {
 
     fn decode<T: Transmittance>(
         stored: StoredTile<'_>,
-        _: &PrefilteredKeys,
+        keys: &PrefilteredKeys,
     ) -> Result<PrefilteredTile<T>> {
-        lists(stored, &ListWords::FRAGMENTS).map(PrefilteredTile::new)
+        let place = stored.place();
+        let is_finest = matches!(place, Place::Tile { id, .. } if id.level == 0);
+        let lists = lists(stored, &ListWords::FRAGMENTS)?;
+        let lengths = lists.starts().windows(2).map(|pair| pair[1] - pair[0]);
+        if is_finest && lengths.max().unwrap_or(0) > keys.layering.max_layers {
+            let reason = "a texel has more fragments than the map allows";
+            return Err(Error::Invalid { place, reason: reason.into() });
+        }
+        Ok(PrefilteredTile::new(lists))
     }
 
-    fn verify<T: Transmittance>(stored: StoredTile<'_>, _: &PrefilteredKeys) -> Result<()> {
-        lists::<T>(stored, &ListWords::FRAGMENTS).map(drop)
+    fn verify<T: Transmittance>(stored: StoredTile<'_>, keys: &PrefilteredKeys) -> Result<()> {
+        Self::decode::<T>(stored, keys).map(drop)
     }
 
     fn summarize<T: Transmittance>(tile: &PrefilteredTile<T>, summary: &mut MapSummary) {

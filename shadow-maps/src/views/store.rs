@@ -38,6 +38,10 @@ impl MapKind for Views {
     type Keys = ViewsKeys;
     type Tile<T: Transmittance> = ViewTile;
 
+    fn has_errors(_: &ViewsKeys) -> bool {
+        false
+    }
+
     fn check(metadata: &Metadata, keys: &ViewsKeys) -> Result<()> {
         let is_exact = metadata.info.tolerance.epsilon() <= 0.0 && metadata.channels == 1;
         let inexact = "maps of this kind have a tolerance of 0 and one channel";
