@@ -39,8 +39,9 @@ def check_attributes(attributes):
         attribute = attributes.object(name)
         kind = attribute.text("type")
         place = attribute.name
-        demand(("value" in attribute) != ("hex" in attribute), place, "it has not either value or hex")
-        if "hex" in attribute:
+        alone = (attribute.nullable("value") is None) != (attribute.nullable("hex") is None)
+        demand(alone, place, "it has not either value or hex")
+        if attribute.nullable("hex") is not None:
             demand(HEX.fullmatch(attribute.text("hex")), place, "hex is not pairs of hexadecimal digits")
             continue
         demand(kind in VALUES, place, f"an attribute of type {kind!r} has no value")

@@ -55,8 +55,8 @@ def read_directory(contents, level, newer):
 
 def _entry(raw, place, pixels, newer):
     *numbers, reserved = ENTRY.unpack(raw)
-    # Everything but the errors and what is reserved.
-    empty = not any(raw[:40]) and not any(raw[48:59])
+    # Of the errors nothing is said, and −0 is 0.
+    empty = not any(numbers[:6]) and not any(numbers[8:])
     entry = Entry(place, pixels, *numbers, empty)
     demand(newer or not any(reserved), place, "reserved bytes are not zero")
     check_errors(entry.largest_error, entry.mean_error, place)

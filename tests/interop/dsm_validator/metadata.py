@@ -25,12 +25,11 @@ class Metadata:
 def read_metadata(contents, limits):
     fields = Fields(parse(contents, "metadata", limits), "metadata")
     kind = fields.text("kind")
-    version = fields.integer("kind_version", 0, 2**32 - 1) if "kind_version" in fields else 1
+    version = fields.integer("kind_version", 0, 2**32 - 1) if fields.nullable("kind_version") is not None else 1
     fields.one_of("depth_kind", ("planar",))
     channels = fields.integer("channels", 1, 3)
     demand(channels != 2, "metadata: channels", "there are 1 or 3")
     width, height = (fields.integer(key, 1, MOST_PIXELS_A_SIDE) for key in ("width", "height"))
-    _check_compression(fields)
     _check_camera(fields.object_or_null("camera"))
     if fields.nullable("samples") is not None:
         fields.integer("samples", 0, 2**32 - 1)
@@ -44,16 +43,6 @@ def read_metadata(contents, limits):
         check_attributes(fields.object("attributes"))
     tolerance = fields.real("tolerance", 0, below=1)
     return Metadata(fields, kind, version, width, height, channels, tolerance)
-
-
-def _check_compression(fields):
-    """It binds no reader: names that are not known mean null."""
-    compression = fields.object_or_null("compression")
-    if compression is None:
-        return
-    compression.text("method")
-    if "side" in compression:
-        compression.text("side")
 
 
 def _check_camera(camera):

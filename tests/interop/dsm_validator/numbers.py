@@ -22,7 +22,8 @@ def nearest_f32(text):
     if exact >= OVERFLOW:
         return sign * float("inf")
     middle = np.float32(min(float(exact), MAX_F32))
-    beside = (np.nextafter(middle, np.float32(0)), middle, np.nextafter(middle, np.float32(np.inf)))
+    with np.errstate(over="ignore", under="ignore"):
+        beside = (np.nextafter(middle, np.float32(0)), middle, np.nextafter(middle, np.float32(np.inf)))
     best = min(
         (number for number in beside if np.isfinite(number)),
         key=lambda number: (abs(Fraction(float(number)) - exact), int(number.view(np.uint32)) & 1),

@@ -16,7 +16,7 @@ class Fragments:
         layering.check_exact(metadata)
         check_coverage_key(metadata)
         layering.check_share(metadata, "folded")
-        demand("media" not in metadata.fields, "metadata", "fragments of version 1 have no key media")
+        demand(metadata.fields.nullable("media") is None, "metadata", "fragments of version 1 have no key media")
 
     check_levels = staticmethod(layering.check_whole)
     check_errors = staticmethod(layering.check_no_errors)

@@ -14,7 +14,7 @@ class Layers:
         layering.check_no_resets(layering.check_layering(metadata))
         layering.check_exact(metadata)
         layering.check_share(metadata, "left_out")
-        demand("coverage" not in metadata.fields, "metadata", "maps of layers have no key coverage")
+        demand(metadata.fields.nullable("coverage") is None, "metadata", "maps of layers have no key coverage")
 
     check_levels = staticmethod(layering.check_whole)
     check_errors = staticmethod(layering.check_no_errors)

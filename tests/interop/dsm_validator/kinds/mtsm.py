@@ -18,6 +18,7 @@ class Mtsm:
     def check_metadata(metadata):
         layering.check_layering(metadata)
         layering.check_share(metadata, "left_out")
+        demand(metadata.fields.nullable("coverage") is None, "metadata", "maps of this kind have no key coverage")
 
     @staticmethod
     def check_levels(metadata, levels):

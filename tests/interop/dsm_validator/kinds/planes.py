@@ -6,9 +6,12 @@ import numpy as np
 
 from ..fault import demand
 from ..functions import bits
+from ..numbers import MAX_F32
 from . import layering
 
 SIDE = 8
+# What rounding may take from the depths that an entry states.
+SLACK = 1e-6
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,24 @@ def check_coverage_key(metadata):
 
 
 def check_held(entry, planes, borders=()):
-    """The depths of the entry hold all that is covered, and the borders."""
-    for depth in borders:
-        demand(entry.least_depth <= depth <= entry.most_depth, entry.place, "its depths do not hold its borders")
+    """The depths of the entry hold all that is covered, and the borders; they may be wider."""
+    depths = np.asarray(borders, np.float64)
+    if len(planes.w):
+        depths = np.concatenate((depths, *_covered_depths(planes)))
+    held = entry.least_depth <= depths.min() * (1 + SLACK) and entry.most_depth >= depths.max() * (1 - SLACK)
+    demand(held, entry.place, f"its depths do not hold all from {depths.min()} to {depths.max()}")
+
+
+def _covered_depths(planes):
+    """The nearest and the farthest depth of each fragment, over the corners of all squares that are covered."""
+    squares = planes.coverage[:, None] >> np.arange(SIDE * SIDE, dtype=np.uint64) & np.uint64(1)
+    row, column = np.divmod(np.arange(SIDE * SIDE), SIDE)
+    w, right, down = (part.astype(np.float64)[:, None] for part in (planes.w, planes.right, planes.down))
+    middle = w + right * ((column + 0.5) / SIDE - 0.5) + down * ((row + 0.5) / SIDE - 0.5)
+    reach = (np.abs(right) + np.abs(down)) / (2 * SIDE)
+    nearest = np.where(squares, middle + reach, -np.inf).max(axis=1)
+    farthest = np.where(squares, middle - reach, np.inf).min(axis=1)
+    with np.errstate(divide="ignore"):
+        # A plane that does not come back before the light's own depth has no end.
+        depths = [np.where(w > 0, 1 / w, np.inf) for w in (nearest, farthest)]
+    return [np.minimum(part, MAX_F32) for part in depths]

@@ -1,6 +1,7 @@
 """Kind `prefiltered`: fragments in levels of wider and wider filters (section 13)."""
 
 from ..fault import demand
+from ..fields import MOST_U32
 from . import layering
 from .texels import check_lists, lengths
 
@@ -16,14 +17,14 @@ class Prefiltered:
         layering.check_exact(metadata)
         layering.check_share(metadata, "left_out")
         filtering = metadata.fields.object("filtering")
-        _level(filtering, "stack_from")
-        _level(filtering, "subsampled")
+        _stack_from(filtering)
+        _subsampled(filtering)
         if "joined" in filtering:
             filtering.flag("joined")
         epsilon = filtering.object("epsilon")
-        named = [key for key in ("widths", "interval") if key in epsilon]
-        demand(len(named) == 1, epsilon.name, "it has not one of widths and interval")
-        epsilon.real(named[0], least=0)
+        (name,) = epsilon.value if len(epsilon.value) == 1 else (None,)
+        demand(name in ("widths", "interval"), epsilon.name, "it has not one of widths and interval, and nothing else")
+        epsilon.real(name, least=0)
         filtering.one_of("accumulate", ("add", "multiply", "max"))
         filtering.one_of("depth", ("mean", "weighted"))
 
@@ -35,10 +36,9 @@ class Prefiltered:
         demand(len(levels) <= MOST_LEVELS, "levels", f"there are more than {MOST_LEVELS}")
         wider = max(metadata.width, metadata.height)
         demand(2**last < 2 * wider, "levels", "the last has squares wider than the map")
-        stack = _level(filtering, "stack_from")
-        for key in ("stack_from", "subsampled"):
-            named = _level(filtering, key) or 0
-            demand(last == 0 or named <= last, filtering.place(key), "there is no such level")
+        stack = _stack_from(filtering)
+        demand(last == 0 or (stack or 0) <= last, filtering.place("stack_from"), "there is no such level")
+        demand(_subsampled(filtering) <= last, filtering.place("subsampled"), "there is no such level")
         for level in levels:
             wanted = _shape(level.index, last, stack, metadata)
             found = (level.view, level.number, level.column, level.row, level.width, level.height)
@@ -54,8 +54,12 @@ class Prefiltered:
             layering.check_most(counted, layering.max_layers(metadata), entry.place)
 
 
-def _level(filtering, key):
-    return None if filtering.nullable(key) is None else filtering.integer(key, 0, 2**32 - 1)
+def _stack_from(filtering):
+    return None if filtering.nullable("stack_from") is None else filtering.integer("stack_from", 0, MOST_U32)
+
+
+def _subsampled(filtering):
+    return filtering.integer("subsampled", 0, MOST_U32) if "subsampled" in filtering else 0
 
 
 def _shape(index, last, stack, metadata):

@@ -4,7 +4,7 @@ import numpy as np
 
 from ..blocks import split
 from ..fault import demand
-from ..fields import array, real
+from ..fields import array, real_f64
 from ..functions import check_range
 from . import layering
 
@@ -23,7 +23,7 @@ class Views:
         demand(1 <= len(eyes) <= MOST_EYES, fields.place("eyes"), f"there are {len(eyes)}")
         for eye in eyes:
             for number in array(eye, fields.place("eyes"), 3):
-                real(number, fields.place("eyes"))
+                real_f64(number, fields.place("eyes"))
         fields.real("gap", least=0)
 
     @staticmethod
