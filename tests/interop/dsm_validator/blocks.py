@@ -7,8 +7,6 @@ from .fault import Limits, demand
 
 PLAIN, ZSTD = 0, 1
 FRAME_MAGIC = b"\x28\xb5\x2f\xfd"
-# A window of the frame's own, however little it holds: what zstd itself takes without being asked.
-MOST_WINDOW = 1 << 27
 
 
 def unpack(entry, payload, limits):
@@ -21,15 +19,16 @@ def unpack(entry, payload, limits):
         demand(entry.differences == 0, place, "a plain tile has no differences")
         demand(len(payload) == entry.raw_length, place, f"a plain payload of {len(payload)} bytes is as long unpacked")
         return payload
-    return _unpack_frame(payload, entry.raw_length, place)
+    return _unpack_frame(payload, entry.raw_length, place, limits)
 
 
-def _unpack_frame(payload, length, place):
+def _unpack_frame(payload, length, place, limits):
     demand(payload[:4] == FRAME_MAGIC, place, "its payload is not a zstd frame")
     try:
         parameters = zstandard.get_frame_parameters(payload)
         demand(parameters.dict_id == 0, place, "its frame needs a dictionary")
-        frame = zstandard.ZstdDecompressor(max_window_size=MOST_WINDOW).decompressobj()
+        Limits.hold(parameters.window_size, limits.window, place, "bytes of a frame's window")
+        frame = zstandard.ZstdDecompressor(max_window_size=limits.window).decompressobj()
         contents = bytearray()
         # In pieces: a frame may unpack to far more than it should.
         for at in range(0, len(payload), 4096):

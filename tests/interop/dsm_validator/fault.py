@@ -25,6 +25,7 @@ class Limits:
     tiles: int = 4_194_304
     tile_bytes: int = 1 << 28
     nesting: int = 127
+    window: int = 1 << 27
 
     @staticmethod
     def hold(size, most, place, what):

@@ -1,5 +1,6 @@
 """The metadata that maps of every kind have (section 4)."""
 
+import math
 from dataclasses import dataclass
 
 from .attributes import check_attributes
@@ -64,9 +65,10 @@ def _check_filter(filter_):
 def _check_light(light):
     if light is None:
         return
-    light.one_of("shape", ("point", "rectangle", "disk", "sphere"))
+    shape = light.one_of("shape", ("point", "rectangle", "disk", "sphere"))
+    most = 0 if shape == "point" else math.inf
     for number in light.array("size", 2):
-        real(number, light.place("size"), least=0)
+        real(number, light.place("size"), least=0, most=most)
 
 
 def _check_window(window):

@@ -29,6 +29,8 @@ def check(data, limits=Limits()):
     for entry in entries:
         payload = entry.extent.read(data, entry.checksum)
         demand(entry.codec in kind.codecs, entry.place, f"codec {entry.codec} is not known")
+        moved = entry.depth_error != 0 and metadata.kind != "deep"
+        demand(not moved, entry.place, "depths of a map of this kind have no error")
         kind.check_tile(metadata, entry, unpack(entry, payload, limits))
 
 
