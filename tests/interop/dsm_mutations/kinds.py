@@ -3,7 +3,7 @@ where there is nothing to change."""
 
 from . import fields, metadata, payload, structure
 
-# How many of a hundred are of each.
+# How often each is made beside the others.
 MUTATIONS = {
     "prologue": (fields.prologue, 4),
     "section table": (fields.section_table, 5),
@@ -15,11 +15,13 @@ MUTATIONS = {
     "metadata value": (metadata.value, 12),
     "metadata member": (metadata.member, 12),
     "words": (payload.words, 16),
+    "column": (payload.column, 14),
     "words everywhere": (payload.everywhere, 5),
     "depth range": (payload.depth_range, 3),
     "frame": (payload.frame, 5),
     "packing": (payload.packing, 4),
     "sections": (structure.sections, 3),
+    "empty extent": (structure.empty_extent, 2),
     "order": (structure.order, 1),
     "newer version": (structure.newer, 3),
     "levels": (structure.levels, 3),

@@ -168,7 +168,8 @@ def value(chance, model):
 def member(chance, model):
     """A key that maps may have, of this kind or another, with a value that is right or nearly, or one that is new."""
     root = json.loads(model.metadata)
-    key = chance.choice([*OPTIONAL, "more"])
+    own = [key for key in OPTIONAL if key in root]
+    key = chance.choice([*OPTIONAL, "more"] if chance.random() < 0.5 else own)
     odd = chance.choice(OPTIONAL.get(key, TEXTS))
     if chance.random() < 0.95:
         root.pop(key, None)

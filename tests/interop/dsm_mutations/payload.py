@@ -34,6 +34,26 @@ def words(chance, model):
     return model.write(), "; ".join(told)
 
 
+def column(chance, model):
+    """One or two words of one column, short ones as often as long ones, become what the column has elsewhere or what
+    such a column has often: changes that only the rules of the kind tell."""
+    tile = _tile(chance, model)
+    if tile is None:
+        return None
+    lengths = [length or 0 for length in tile.lengths]
+    index = chance.choice([i for i, length in enumerate(lengths) if length])
+    begin, length = sum(lengths[:index]), lengths[index]
+    told = []
+    for _ in range(chance.choice((1, 1, 2))):
+        at = begin + chance.randrange(length)
+        other = int(tile.words[begin + chance.randrange(length)])
+        near = int(tile.words[max(begin, at - 1)])
+        new = chance.choice((other, other, near, 0, 0, 1, 0x3F800000, odd_word(chance, other)))
+        tile.words[at] = new
+        told.append(f"{at - begin} becomes {new:08x}")
+    return model.write(), f"column {index}: word " + ", ".join(told)
+
+
 def everywhere(chance, model):
     """Every word that is a certain number becomes another: zeros, ones, the depth of a step."""
     tile = _tile(chance, model)
@@ -94,6 +114,7 @@ def frame(chance, model):
         "more contents": lambda: pack().compress(raw + bytes(chance.choice((1, 4, 1 << 16)))),
         "less contents": lambda: pack().compress(raw[: -chance.choice((1, 4))]),
         "a bomb": lambda: pack().compress(raw + bytes(1 << 24)),
+        "a dictionary's name": lambda: _named(good, chance.choice((0, 7))),
         "nothing": lambda: b"",
         "an empty frame": lambda: pack().compress(b""),
         "a flipped bit": lambda: _flipped(chance, good),
@@ -126,6 +147,12 @@ def packing(chance, model):
 def _tile(chance, model):
     tiles = model.tiles()
     return chance.choice(tiles) if tiles else None
+
+
+def _named(frame, name):
+    """A frame of one segment with the name of a dictionary, of which 0 is none."""
+    assert frame[4] & 0x23 == 0x20
+    return frame[:4] + bytes([frame[4] | 1, name]) + frame[5:]
 
 
 def _flipped(chance, data):

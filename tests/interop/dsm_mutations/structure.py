@@ -15,6 +15,16 @@ def sections(chance, model):
     return model.write(), f"section {kind} with flags {flags} and {len(contents)} bytes"
 
 
+def empty_extent(chance, model):
+    """A section of length 0 that stands somewhere: where another extent begins, within one, or behind the file."""
+    model.extra.append((b"note", 0, b""))
+    data = bytearray(model.write())
+    offset, count = struct.unpack_from("<QI", data, 24)
+    place = 64 * chance.randrange(len(data) // 64 + 2) + chance.choice((0, 0, 0, 0, 1))
+    struct.pack_into("<Q", data, offset + 32 * (count - 1) + 8, place)
+    return resign(data), f"an empty section at {place} of {len(data)}"
+
+
 def order(chance, model):
     """Metadata before the tiles, or tiles in another order: both allowed."""
     model.sections_first = True

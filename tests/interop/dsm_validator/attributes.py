@@ -3,13 +3,20 @@
 import re
 
 from .fault import demand
-from .fields import Fields, array, integer, real, real_f64
+from .fields import array, integer, real_f64
+from .numbers import OVERFLOW
 
 HEX = re.compile("(?:[0-9a-fA-F]{2})*", re.ASCII)
 
 
 def _string(value, place):
     demand(isinstance(value, str), place, "it is not a string")
+
+
+def _float(value, place):
+    """Read as binary64, and then rounded."""
+    real_f64(value, place)
+    demand(abs(value.f64()) < OVERFLOW, place, f"{value!r} is not finite")
 
 
 def _int(value, place):
@@ -21,9 +28,9 @@ VALUES = {
     "string": (None, _string),
     "int": (None, _int),
     **{name: (count, _int) for name, count in (("v2i", 2), ("v3i", 3), ("box2i", 4))},
-    "float": (None, real),
+    "float": (None, _float),
     **{
-        name: (count, real)
+        name: (count, _float)
         for name, count in (
             ("v2f", 2), ("v3f", 3), ("box2f", 4), ("chromaticities", 8), ("m33f", 9), ("m44f", 16),
         )
