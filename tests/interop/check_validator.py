@@ -32,7 +32,8 @@ SHOWN = 40
 class Batch:
     """What `verify` says of many files: None for a valid one, else its errors."""
 
-    def __init__(self, program, paths):
+    def __init__(self, program, paths, seconds=SECONDS_A_CALL):
+        self.seconds = seconds
         self.said = {}
         self.complaints = []
         self.mebibytes = 0
@@ -55,7 +56,7 @@ class Batch:
         with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
             command = [program, "verify", "--json", "--quiet", *map(str, paths)]
             child = subprocess.Popen(command, stdout=out, stderr=err)
-            status, usage = _wait(child)
+            status, usage = _wait(child, self.seconds)
             out.seek(0)
             err.seek(0)
             text, complaint = out.read(), err.read().decode(errors="replace")
@@ -69,7 +70,7 @@ class Batch:
         return None, {path: None if told["ok"] else told["errors"] for path, told in zip(paths, files, strict=True)}
 
 
-def _wait(child):
+def _wait(child, seconds):
     started = time.monotonic()
     status = None
     while True:
@@ -77,9 +78,9 @@ def _wait(child):
         if pid:
             child.returncode = os.waitstatus_to_exitcode(code)
             return status or child.returncode, usage
-        if status is None and time.monotonic() - started > SECONDS_A_CALL:
+        if status is None and time.monotonic() - started > seconds:
             child.kill()
-            status = f"none in {SECONDS_A_CALL} s"
+            status = f"none in {seconds} s"
         time.sleep(0.002)
 
 
@@ -130,7 +131,8 @@ def check(tool, sources, mutations, seed, folder, keep):
             by_name[name, fault is None] += 1
             if not agree(fault, errors):
                 program = "valid" if errors is None else errors[0].partition(".dsm: ")[2]
-                differing.append(f"{path.stem} {source}; {name}: {told}\n  program:  {program}\n  document: {fault or 'valid'}")
+                both = f"  program:  {program}\n  document: {fault or 'valid'}"
+                differing.append(f"{path.stem} {source}; {name}: {told}\n{both}")
                 if keep:
                     (keep / path.name).write_bytes(data)
             path.unlink()

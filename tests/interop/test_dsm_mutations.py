@@ -1,11 +1,13 @@
-"""Mutations: what is not changed is written as it was, checksums are right again, and every kind of mutation is made."""
+"""Mutations: what is not changed is written as it was, checksums are right again, every kind of mutation is made."""
 
 import collections
 import random
+import tempfile
 import unittest
+from pathlib import Path
 
 import dsm_validator
-from check_validator import agree
+from check_validator import Batch, agree
 from dsm_mutations import maps
 from dsm_mutations.kinds import MUTATIONS, mutate
 from dsm_mutations.model import Model
@@ -49,6 +51,44 @@ class Kinds(unittest.TestCase):
         self.assertGreater(total[False], 300)
         self.assertEqual(verdicts["unsigned"][True], 0)
         self.assertEqual(verdicts["order"][False], 0)
+
+
+# Stands for the program: says what the first word of each file is, or does what it says.
+PROGRAM = """#!/bin/sh
+shift 3
+sep=""
+out='{"files":['
+for path; do
+    case $(cat "$path") in
+        panic) echo "thread 'main' panicked" >&2; exit 101 ;;
+        hang) exec sleep 60 ;;
+        good) out="$out$sep"'{"ok":true,"errors":[]}' ;;
+        *) out="$out$sep"'{"ok":false,"errors":["bad.dsm: bad"]}' ;;
+    esac
+    sep=,
+done
+echo "$out]}"
+exit 1
+"""
+
+
+class Batches(unittest.TestCase):
+    def test_of_many_files_the_ones_that_break_the_program_are_found(self):
+        with tempfile.TemporaryDirectory() as folder:
+            program = Path(folder) / "program"
+            program.write_text(PROGRAM)
+            program.chmod(0o755)
+            paths = [Path(folder) / f"{number}.dsm" for number in range(7)]
+            for path, text in zip(paths, ("good", "bad", "good", "panic", "bad", "hang", "good")):
+                path.write_text(text)
+            batch = Batch(str(program), paths, seconds=1)
+        for number in (0, 2, 6):
+            self.assertIsNone(batch.said[paths[number]])
+        for number in (1, 4):
+            self.assertEqual(batch.said[paths[number]], ["bad.dsm: bad"])
+        self.assertEqual(len(batch.complaints), 2)
+        self.assertRegex(batch.complaints[0], "3.dsm: exit status 101: .*panicked")
+        self.assertRegex(batch.complaints[1], "5.dsm: exit status none in 1 s")
 
 
 class Agreeing(unittest.TestCase):

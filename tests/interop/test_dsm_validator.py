@@ -80,8 +80,8 @@ class Json(unittest.TestCase):
 
     def test_what_is_no_json_of_the_document(self):
         for text in (
-            b'{"a":1,"a":2}', b'{"b":[{"a":1,"a":1}]}', b'{"a":NaN}', b'{"a":-Infinity}', b'{"a":01}', b'{"a":1.}', b"{",
-            b'{"a":"\\ud800"}', b'{"a":"\t"}', b'\xef\xbb\xbf{}', b'{"a":"\xff"}', b"{} {}", b"",
+            b'{"a":1,"a":2}', b'{"b":[{"a":1,"a":1}]}', b'{"a":NaN}', b'{"a":-Infinity}', b'{"a":01}', b'{"a":1.}',
+            b"{", b'{"a":"\\ud800"}', b'{"a":"\t"}', b'\xef\xbb\xbf{}', b'{"a":"\xff"}', b"{} {}", b"",
         ):
             self.assertNotIsInstance(self.fault(text), BeyondLimits, text)
 
@@ -92,7 +92,8 @@ class Json(unittest.TestCase):
         parse(b'"' + b"[" * 500 + b'"', "metadata", Limits())
 
     def test_integers_are_written_as_such(self):
-        for text, value in ((b"0", 0), (b"-7", -7), (b"1" * 5000, 10**40), (b"1.0", None), (b"1e0", None), (b"-0", None)):
+        integers = {b"0": 0, b"-7": -7, b"1" * 5000: 10**40}
+        for text, value in (integers | dict.fromkeys((b"1.0", b"1e0", b"-0"))).items():
             self.assertEqual(parse(text, "metadata", Limits()).integer(), value)
 
 
@@ -177,6 +178,7 @@ def entry(at, value):
 
 
 # The golden file, what is changed, and what is said then.
+WINDOW = '"display_window":'
 BROKEN = [
     ("deep_exact_plain_mono", column(0, 0, 1), "does not begin with 0"),
     ("deep_exact_plain_mono", column(0, 1, 60000), "falls"),
@@ -186,15 +188,15 @@ BROKEN = [
     ("deep_exact_plain_mono", entry(32, 0.0), "its depths are"),
     ("deep_exact_plain_rgb", spare_bit(2), "bits behind the last flag"),
     ("deep_exact_plain_rgb", column(1, 1, 1), "neither v nor 3 v values"),
-    ("deep_exact_plain_mono", metadata('"tolerance":0.0', '"tolerance":0.5'), "tolerance is not that of the metadata"),
+    ("deep_exact_plain_mono", metadata('"tolerance":0.0', '"tolerance":0.5'), "not that of the metadata"),
     ("deep_exact_plain_mono", metadata('"width":12', '"width":12.0'), "is not an integer"),
     ("deep_exact_plain_mono", metadata('"camera":null', '"light":{"shape":"point","size":[1,0]}'), "out of range"),
-    ("deep_exact_plain_mono", metadata('"display_window":null', '"display_window":{"min":[1,0],"max":[0,0]}'), "above max"),
-    ("deep_exact_plain_mono", metadata('"attributes":{}', '"attributes":{"a":{"type":"float","value":1e39}}'), "not finite"),
+    ("deep_exact_plain_mono", metadata(WINDOW + "null", WINDOW + '{"min":[1,0],"max":[0,0]}'), "above max"),
+    ("deep_exact_plain_mono", metadata('s":{}', 's":{"a":{"type":"float","value":1e39}}'), "not finite"),
     ("deep_crop_mono", metadata('"width":12', '"width":7'), "does not lie in the whole map"),
     ("layers_plain_mono", metadata('"resets":0', '"resets":1'), "no resets"),
     ("layers_plain_mono", metadata('"max_layers":5', '"max_layers":1'), "more than 1 layers"),
-    ("layers_plain_mono", metadata('"software"', '"left_out":{"pixels":1,"max":1.5,"mean":0},"software"'), "out of range"),
+    ("layers_plain_mono", metadata('"so', '"left_out":{"pixels":1,"max":1.5,"mean":0},"so'), "out of range"),
     ("layers_plain_mono", metadata('"software"', '"coverage":8,"software"'), "no key coverage"),
     ("layers_plain_mono", column(2, 0, 1.5), "an opacity does not lie in"),
     ("layers_plain_mono", entry(48, 0.5), "have no error"),

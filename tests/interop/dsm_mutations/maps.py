@@ -28,7 +28,8 @@ MADE = {
     "mtsm rgb": ("bake", "builtin:stained-glass", "-o", "OUT", *SAMPLED, "--kind", "mtsm", "--block", "none"),
     "prefiltered": ("bake", "builtin:foliage", "-o", "OUT", *SMALL, "--kind", "prefiltered", "--levels", "y:4"),
     "prefiltered mip": (
-        "bake", "builtin:stained-glass", "-o", "OUT", *SMALL, "--kind", "prefiltered", "--levels", "mip", "--block", "none",
+        "bake", "builtin:stained-glass", "-o", "OUT", *SMALL, "--kind", "prefiltered", "--levels", "mip",
+        "--block", "none",
     ),
     "attenuation": ("bake", "builtin:foliage", "-o", "OUT", *SMALL, "--kind", "attenuation", "--light-samples", "4"),
     "attenuation rgb": (
@@ -36,7 +37,9 @@ MADE = {
         "--block", "none",
     ),
     "views": ("bake", "builtin:fur-plane", "-o", "OUT", *SMALL, "--kind", "views"),
-    "views plain": ("bake", "builtin:foliage", "-o", "OUT", *SMALL, "--kind", "views", "--views", "9", "--block", "none"),
+    "views plain": (
+        "bake", "builtin:foliage", "-o", "OUT", *SMALL, "--kind", "views", "--views", "9", "--block", "none",
+    ),
 }
 
 

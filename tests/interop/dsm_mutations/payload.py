@@ -102,9 +102,7 @@ def frame(chance, model):
     ways = {
         "a checksum": lambda: pack(level=5, write_checksum=True).compress(raw),
         "no size": lambda: pack(level=5, write_content_size=False).compress(raw),
-        "a large window": lambda: pack(
-            compression_params=zstandard.ZstdCompressionParameters(window_log=chance.choice((10, 20, 27, 28)), write_content_size=0)
-        ).compressobj().compress(raw) or good,
+        "a window": lambda: _windowed(chance.choice((10, 20, 27, 28)), raw),
         "two frames": lambda: good + pack().compress(b""),
         "two halves": lambda: pack().compress(raw[: len(raw) // 2]) + pack().compress(raw[len(raw) // 2 :]),
         "a skippable frame behind": lambda: good + b"\x50\x2a\x4d\x18\x04\x00\x00\x00abcd",
@@ -147,6 +145,16 @@ def packing(chance, model):
 def _tile(chance, model):
     tiles = model.tiles()
     return chance.choice(tiles) if tiles else None
+
+
+def _windowed(log, raw):
+    """A frame that states a window of 2^log bytes, and no size."""
+    parameters = zstandard.ZstdCompressionParameters.from_level(3, window_log=min(log, 20), write_content_size=0)
+    packer = zstandard.ZstdCompressor(compression_params=parameters).compressobj()
+    frame = bytearray(packer.compress(raw) + packer.flush())
+    assert frame[4] & 0xE3 == 0
+    frame[5] = (log - 10) << 3
+    return bytes(frame)
 
 
 def _named(frame, name):
