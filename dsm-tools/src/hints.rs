@@ -57,7 +57,7 @@ fn of_file(error: &FileError, path: Option<&Path>, not_found: bool) -> Option<St
         FileError::Kind { found, .. } => format!(
             "this takes maps of kind deep (`bake --kind deep`); of kind {found} `inspect`, `lookup` and `verify` read"
         ),
-        FileError::Mismatch(reason) if reason.contains("pixels") => {
+        FileError::Mismatch(reason) if reason.starts_with("the sizes differ") => {
             "bake them with one --resolution".to_owned()
         }
         _ => return None,

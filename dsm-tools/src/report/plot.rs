@@ -14,14 +14,14 @@ pub(super) fn bars(title: &str, values: &[(String, f64)]) -> String {
     );
     for (row, (name, value)) in values.iter().enumerate() {
         let y = 30 + row * ROW;
-        let width = if largest > 0.0 { 420.0 * value / largest } else { 0.0 };
+        let width = if largest > 0.0 { 390.0 * value / largest } else { 0.0 };
         svg += &format!(
-            "<text x=\"190\" y=\"{}\" text-anchor=\"end\">{}</text>\
-             <rect x=\"200\" y=\"{y}\" width=\"{width:.1}\" height=\"18\"/>\
+            "<text x=\"240\" y=\"{}\" text-anchor=\"end\">{}</text>\
+             <rect x=\"250\" y=\"{y}\" width=\"{width:.1}\" height=\"18\"/>\
              <text x=\"{:.1}\" y=\"{}\">{value:.4}</text>\n",
             y + 14,
             escaped(name),
-            206.0 + width,
+            256.0 + width,
             y + 14,
         );
     }

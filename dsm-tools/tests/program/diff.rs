@@ -57,7 +57,8 @@ fn what_cannot_be_compared_is_an_error() {
     let coloured = folder.map("coloured.dsm", &rgb(MapInfo::default()));
     let answer = run!("diff", map, image());
     let refusal = answer.refusal();
-    assert!(refusal.ends_with("the sizes differ: 7 × 5 and 48 × 48 pixels"), "{refusal}");
+    let says = "the sizes differ: 7 × 5 and 48 × 48 pixels; bake them with one --resolution";
+    assert!(refusal.ends_with(says), "{refusal}");
     assert!(refusal.starts_with(&format!("{} and ", map.display())), "{refusal}");
     assert!(run!("diff", map, coloured).refusal().contains("channels differ: 1 and 3"));
     let missing = run!("diff", map, folder.path("missing.dsm"));
