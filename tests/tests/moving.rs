@@ -1,5 +1,8 @@
 //! Layered maps of what moves, against rays through the scene at times all over the shutter.
 
+#![expect(clippy::unwrap_used, reason = "a test may stop where a scene or a file is refused")]
+#![expect(clippy::print_stdout, reason = "what was measured")]
+
 use std::ops::ControlFlow;
 use std::sync::Arc;
 

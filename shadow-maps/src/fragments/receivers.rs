@@ -245,7 +245,6 @@ fn a_wall_that_no_cell_shows_is_not_taken_for_the_roof_beside_it() {
         let have = at(&tracer, receiver, DVec3::ZERO, 0.0, false);
         off.push(f64::from(have) - truth(receiver, &sheets));
     }
-    println!("{off:.2?}");
     let mean_square = off.iter().map(|off| off * off).sum::<f64>() / off.len() as f64;
     assert!(mean_square.sqrt() < 0.2, "{off:.2?}");
 }
