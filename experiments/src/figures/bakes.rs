@@ -105,7 +105,8 @@ fn store(stage: &Stage, side: u32, folder: &TempDir) -> Result<StoredMap> {
     let never = |_| ControlFlow::Continue(());
     let report = bake(&baker, &path, &options, |_| (), never)?;
     let seconds = start.elapsed().as_secs_f64();
-    let settings = BakeSettings { quantization: None, ..baker.settings().clone() };
+    let mut settings = baker.settings().clone();
+    settings.quantization = None;
     let exact = folder.path().join(format!("{side}-exact.dsm"));
     let options = BakeOptions::default();
     let bytes_exact =
