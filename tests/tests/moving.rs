@@ -1,5 +1,8 @@
 //! Layered maps of what moves, against rays through the scene at times all over the shutter.
 
+#![expect(clippy::unwrap_used, reason = "a test may stop where a scene or a file is refused")]
+#![expect(clippy::print_stdout, reason = "what was measured")]
+
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -75,14 +78,17 @@ fn off(scene: &Scene, kind: &str, samples: Option<u32>) -> [f64; 2] {
 
 #[test]
 fn traced_maps_over_time_are_close_to_rays_at_all_times() {
+    // A place of a map of fragments has a time of its own, so that a ray through two places
+    // meets things at two times: what several of them stop together is off by more. Layers
+    // of a pixel are what all its times leave behind each other.
     let scene = flying(0.6);
     for (kind, times, most) in
-        [("fragments", 64, 0.03), ("fragments", 16, 0.035), ("layers", 32, 0.06)]
+        [("fragments", 64, 0.085), ("fragments", 16, 0.09), ("layers", 32, 0.015)]
     {
         let [still, _] = off(&scene, kind, None);
         let [over_time, mean] = off(&scene, kind, Some(times));
-        assert!(over_time < most && mean.abs() < 0.5 * most, "{kind}: {over_time} {mean}");
-        assert!(still > 2.0 * over_time, "{kind}: {still} {over_time}");
+        assert!(over_time < most && mean.abs() < 0.03, "{kind}: {over_time} {mean}");
+        assert!(over_time < 0.5 * still, "{kind}: {still} {over_time}");
     }
 }
 
@@ -110,9 +116,11 @@ fn times_are_no_more_than_places() {
     for (kind, coverage, samples) in
         [("fragments", Some(2), 5), ("fragments", None, 65), ("layers", None, 5000)]
     {
-        let settings = Bake { coverage, ..settings(kind, Some(samples)) };
+        let mut settings = settings(kind, Some(samples));
+        settings.coverage = coverage;
         assert!(from_file(&scene, &settings, &query).is_err(), "{kind} {samples}");
     }
-    let settings = Bake { coverage: Some(2), ..settings("fragments", Some(4)) };
+    let mut settings = settings("fragments", Some(4));
+    settings.coverage = Some(2);
     assert!(from_file(&scene, &settings, &query).is_ok());
 }

@@ -222,30 +222,3 @@ fn no_ray_passes_between_two_pixels() {
         }
     }
 }
-
-#[test]
-fn a_wall_that_no_cell_shows_is_not_taken_for_the_roof_beside_it() {
-    // The wall below a roof's edge is seen from its edge: its cells show the roof, or nothing.
-    let sheets = [(DVec3::new(-0.3, 0.0, 1.0), true), (DVec3::new(1.0, 0.0, 0.02), false)]
-        .map(|(normal, side)| (normal.normalize(), side));
-    let point = DVec3::new(0.03, 0.0, -4.0);
-    let patches = sheets.map(|(normal, side)| Patch {
-        point,
-        normal,
-        opacity: 1.0,
-        covers: if side { |at: DVec3| at.x < 0.03 } else { |at: DVec3| at.x >= 0.03 },
-    });
-    let tracer = FragmentTracer::new(shown(frame([64, 64], 0.0), &patches)).unwrap();
-    let mut off = Vec::new();
-    for step in 0..60 {
-        // Down the wall, a few tenths of a cell off it.
-        let down = (f64::from(step) + 0.5) * 5e-3;
-        let on = point + DVec3::new(0.02 * down, 0.017 * f64::from(step), -down);
-        let receiver = on + sheets[1].0 * 0.003;
-        let have = at(&tracer, receiver, DVec3::ZERO, 0.0, false);
-        off.push(f64::from(have) - truth(receiver, &sheets));
-    }
-    println!("{off:.2?}");
-    let mean_square = off.iter().map(|off| off * off).sum::<f64>() / off.len() as f64;
-    assert!(mean_square.sqrt() < 0.2, "{off:.2?}");
-}
