@@ -29,7 +29,7 @@ SAID = {
     "level_number": "does not come next",
     "level_of_four_billion_tiles": "tiles are more than",
     "level_reserved": "level 0: reserved bytes",
-    "level_tolerance": "its tolerance",
+    "level_tolerance": "its tolerance is not in [0, 1)",
     "level_without_pixels": "0 is no size",
     "metadata_of_another_size": "does not end on a tile's border",
     "metadata_without_width": "no key width",
@@ -188,13 +188,20 @@ class Places(unittest.TestCase):
         self.assertIn("no other extent begins there", str(self.at(192)))
         self.assertIn("no multiple of 64", str(self.at(65)))
 
-    def test_two_sections_in_one_place_overlap(self):
-        data = bytearray(GOLDEN["document"])
-        table = struct.unpack_from("<Q", data, 24)[0]
-        data[table + 40 : table + 56] = data[table + 8 : table + 24]
-        fault = verdict(resign(data))
-        self.assertIsNotNone(fault)
-        self.assertNotIsInstance(fault, BeyondLimits)
+    def test_extents_neither_overlap_nor_leave_room(self):
+        for length, said in ((65, "overlaps"), (1, None), (0, "belong to no extent")):
+            model = Model.read(GOLDEN["document"])
+            model.extra += [(b"note", 0, b"1"), (b"note", 0, b"2")]
+            data = bytearray(model.write())
+            table, count = struct.unpack_from("<QI", data, 24)
+            # What the first of the two says of its length; beneath a padding of zeros that of the second is read.
+            row = table + 32 * (count - 2)
+            place = struct.unpack_from("<Q", data, row + 8)[0]
+            data[place] = data[place + 64] = 0
+            struct.pack_into("<Q", data, row + 16, length)
+            fault = verdict(resign(data))
+            self.assertIn(said, str(fault)) if said else self.assertIsNone(fault)
+            self.assertNotIsInstance(fault, BeyondLimits)
 
     def test_depths_of_an_entry_are_in_order(self):
         model = Model.read(GOLDEN["document"])
