@@ -4,7 +4,7 @@ import struct
 
 import numpy as np
 
-from .model import Model
+from .model import Model, Tile
 
 
 def word(index, value):
@@ -84,6 +84,17 @@ def another_level(view, number):
         model.levels.append(copy.levels[-1])
         model.directories.append(copy.directories[-1])
         struct.pack_into("<II", model.levels[-1], 0, view, number)
+
+    return change
+
+
+def wide(side):
+    """One row of so many pixels, and nothing in it."""
+
+    def change(model):
+        metadata('"width":12,"height":9', f'"width":{side},"height":1')(model)
+        struct.pack_into("<IIIIII", model.levels[0], 8, side, 1, 0, 0, side, 1)
+        model.directories[0] = [Tile(bytearray(64), None)]
 
     return change
 
@@ -216,6 +227,7 @@ BROKEN = [
     ("prefiltered_levels", metadata('"subsampled":0', '"subsampled":9'), "no such level"),
     ("prefiltered_levels", metadata('"widths":2.0', '"widths":2.0,"more":1'), "nothing else"),
     ("prefiltered_levels", metadata('"widths":2.0', '"widths":-2.0'), "out of range"),
+    ("prefiltered_plain_mono", wide(2**24 + 1), "more than 16777216 texels"),
     ("prefiltered_levels", record(8, 5), "its record is"),
     ("prefiltered_levels", metadata('"add"', '"min"'), "is none of add"),
     ("prefiltered_levels", metadata('"joined":false', '"joined":0'), "is not true or false"),
@@ -223,7 +235,7 @@ BROKEN = [
     ("layers_plain_mono", metadata('"light_depth":0.75', '"light_depth":1e39'), "is not finite"),
     ("layers_plain_mono", metadata('"kind":"layers"', '"kind":"com.example.slabs"'), "is not known"),
     ("layers_plain_mono", metadata('"kind":"layers"', '"kind":"layers","kind_version":2'), "is not known"),
-    ("prefiltered_plain_mono", another_level(1, 0), "its record is"),
+    ("prefiltered_plain_mono", another_level(1, 0), "there is one view"),
     ("attenuation_plain_mono", another_level(0, 1), "there is more than one"),
     ("views_plain_mono", metadata('"channels":1', '"channels":3'), "views have one channel"),
     ("views_plain_mono", metadata('"eyes":[', '"eyes":[],"more":['), "there are 0"),
