@@ -84,6 +84,9 @@ impl Metadata {
         if self.width == 0 || self.height == 0 {
             return refuse("width and height must be at least 1");
         }
+        if self.width.max(self.height) > i32::MAX as u32 {
+            return refuse("width and height must be below 2³¹");
+        }
         let matrices = self
             .info
             .camera

@@ -3,11 +3,13 @@
 check_validator.py --tools PROGRAM [--mutations N] [--seed S] [--keep FOLDER]
 
 Golden files and small maps that the program makes are changed, their checksums made right again, and both say whether
-the file is valid. Where they differ, one of them is wrong or the document says too little.
+the file is valid; before them golden files, of which each breaks one rule that chance breaks seldom. Where the two
+differ, one of them is wrong or the document says too little.
 """
 
 import argparse
 import collections
+import itertools
 import json
 import os
 import random
@@ -15,10 +17,12 @@ import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 import dsm_validator
 from dsm_mutations import maps
+from dsm_mutations.broken import broken
 from dsm_mutations.kinds import mutate
 from dsm_mutations.model import Model
 from tool import Failed, Tool
@@ -100,43 +104,77 @@ def agree(fault, errors):
     return (fault is None) == (errors is None)
 
 
-def check(tool, sources, mutations, seed, folder, keep):
+@dataclass(frozen=True)
+class Changed:
+    """A file that something was done to."""
+
+    number: str
+    source: str
+    name: str
+    told: str
+    data: bytes
+
+
+def changed_files(sources, mutations, seed):
+    """The files in which one rule is broken, and then as many mutations as are wanted."""
+    golden = dict(maps.golden())
+    for number, (source, said, data) in enumerate(broken(golden)):
+        yield Changed(f"broken {number}", source, "one rule broken", said, data)
     models = [(name, Model.read(data)) for name, data in sources]
     chance = random.Random(seed)
-    tally = collections.Counter()
-    by_name = collections.Counter()
-    differing = []
-    complaints = []
-    mebibytes = 0
-    for begin in range(0, mutations, FILES_A_CALL):
-        made = {}
-        for number in range(begin, min(begin + FILES_A_CALL, mutations)):
-            source, model = models[number % len(models)]
-            data, name, told = mutate(chance, model)
-            path = Path(folder) / f"{number}.dsm"
-            path.write_bytes(data)
-            made[path] = (source, name, told, data)
-        batch = Batch(tool.program, list(made))
-        complaints += batch.complaints
-        mebibytes = max(mebibytes, batch.mebibytes)
-        for path, (source, name, told, data) in made.items():
-            try:
-                fault = judge(data)
-            except Failed as error:
-                complaints.append(f"{path.name} ({source}, {name}: {told}): {error}")
-                continue
-            errors = batch.said[path]
-            limit = isinstance(fault, dsm_validator.BeyondLimits)
-            tally["beyond limits" if limit else "valid" if fault is None else "invalid"] += 1
-            by_name[name, fault is None] += 1
-            if not agree(fault, errors):
-                program = "valid" if errors is None else errors[0].partition(".dsm: ")[2]
-                both = f"  program:  {program}\n  document: {fault or 'valid'}"
-                differing.append(f"{path.stem} {source}; {name}: {told}\n{both}")
-                if keep:
-                    (keep / path.name).write_bytes(data)
+    for number in range(mutations):
+        source, model = models[number % len(models)]
+        data, name, told = mutate(chance, model)
+        yield Changed(str(number), source, name, told, data)
+
+
+class Tally:
+    """What both said of all files."""
+
+    def __init__(self, keep):
+        self.keep = keep
+        self.verdicts = collections.Counter()
+        self.by_name = collections.Counter()
+        self.differing = []
+        self.complaints = []
+        self.mebibytes = 0
+
+    def compare(self, program, files, folder):
+        """Judges some files twice."""
+        paths = {Path(folder) / f"{changed.number.replace(' ', '_')}.dsm": changed for changed in files}
+        for path, changed in paths.items():
+            path.write_bytes(changed.data)
+        batch = Batch(program, list(paths))
+        self.mebibytes = max(self.mebibytes, batch.mebibytes)
+        self.complaints += batch.complaints
+        for path, changed in paths.items():
+            self._compare_one(changed, batch.said[path])
             path.unlink()
-    return tally, by_name, differing, complaints, mebibytes
+
+    def _compare_one(self, changed, errors):
+        about = f"{changed.number} {changed.source}; {changed.name}: {changed.told}"
+        try:
+            fault = judge(changed.data)
+        except Failed as error:
+            self.complaints.append(f"{about}: {error}")
+            return
+        limit = isinstance(fault, dsm_validator.BeyondLimits)
+        self.verdicts["beyond limits" if limit else "valid" if fault is None else "invalid"] += 1
+        self.by_name[changed.name, fault is None] += 1
+        if agree(fault, errors):
+            return
+        program = "valid" if errors is None else errors[0].partition(".dsm: ")[2]
+        self.differing.append(f"{about}\n  program:  {program}\n  document: {fault or 'valid'}")
+        if self.keep:
+            (self.keep / f"{changed.number.replace(' ', '_')}.dsm").write_bytes(changed.data)
+
+
+def check(tool, sources, mutations, seed, folder, keep):
+    tally = Tally(keep)
+    files = changed_files(sources, mutations, seed)
+    while some := list(itertools.islice(files, FILES_A_CALL)):
+        tally.compare(tool.program, some, folder)
+    return tally
 
 
 def main():
@@ -161,18 +199,17 @@ def main():
                 sys.exit(f"FAILED: {name}, as it was made, is not what the document says: {fault}")
         random.Random(arguments.seed).shuffle(sources)
         outcome = check(tool, sources, arguments.mutations, arguments.seed, folder, arguments.keep)
-    tally, by_name, differing, complaints, mebibytes = outcome
-    for name in sorted({name for name, _ in by_name}):
-        print(f"{name}: {by_name[name, True]} valid, {by_name[name, False]} not")
-    for line in (*complaints[:SHOWN], *differing[:SHOWN]):
+    for name in sorted({name for name, _ in outcome.by_name}):
+        print(f"{name}: {outcome.by_name[name, True]} valid, {outcome.by_name[name, False]} not")
+    for line in (*outcome.complaints[:SHOWN], *outcome.differing[:SHOWN]):
         print(f"FAILED: {line}")
     print(
-        f"{sum(tally.values())} mutations of {len(sources)} files, seed {arguments.seed}: "
-        + ", ".join(f"{count} {name}" for name, count in sorted(tally.items()))
-        + f"; {len(differing)} verdicts differ, {len(complaints)} complaints; verify took at most {mebibytes:.0f} MiB"
-        + f" ({time.monotonic() - started:.0f} s)"
+        f"{arguments.mutations} mutations of {len(sources)} files, seed {arguments.seed}, and one file a rule: "
+        + ", ".join(f"{count} {name}" for name, count in sorted(outcome.verdicts.items()))
+        + f"; {len(outcome.differing)} verdicts differ, {len(outcome.complaints)} complaints; verify took at most"
+        + f" {outcome.mebibytes:.0f} MiB ({time.monotonic() - started:.0f} s)"
     )
-    if differing or complaints or not arguments.mutations:
+    if outcome.differing or outcome.complaints:
         sys.exit(1)
 
 

@@ -25,6 +25,7 @@ MUTATIONS = {
     "order": (structure.order, 1),
     "newer version": (structure.newer, 3),
     "levels": (structure.levels, 3),
+    "resized": (structure.resized, 3),
     "emptied": (structure.emptied, 3),
     "any byte": (structure.any_byte, 4),
     "unsigned": (structure.unsigned, 2),

@@ -1,7 +1,9 @@
 """Changes of what a file is made of: other sections, levels and tiles, another order, a newer version, bytes."""
 
+import json
 import struct
 
+from .model import Tile
 from .odd import flip, odd_word
 from .sign import resign
 
@@ -86,6 +88,26 @@ def levels(chance, model):
         place = struct.unpack_from("<i", model.levels[number], at)[0] + chance.choice((-8, -4, -1, 1, 4, 5, 8))
         struct.pack_into("<i", model.levels[number], at, place)
     return model.write(), f"levels, way {way}, level {number}"
+
+
+def resized(chance, model):
+    """A map of nothing, of another size or place, in level 0 and in the metadata alike or nearly."""
+    sides = (1, 2, 7, 255, 4096, 65536, 2**20, 2**24, 2**24 + 1, 2**31 - 1, 2**31, 2**32 - 1)
+    whole = [chance.choice(sides) for _ in range(2)]
+    size = [chance.choice((side, side, side, max(1, side // 2))) for side in whole]
+    tile = [chance.choice((side, side, max(1, side // 2))) for side in size]
+    place = [chance.choice((0, 0, part)) for part in tile]
+    root = json.loads(model.metadata)
+    root["width"], root["height"] = whole
+    if "eyes" in root:
+        root["eyes"] = root["eyes"][:1]
+    model.metadata = json.dumps(root).encode()
+    del model.levels[1:], model.directories[1:]
+    struct.pack_into("<IIIIII", model.levels[0], 8, *size, *place, *tile)
+    model.levels[0][36:44] = bytes(8)
+    tiles = [-(-side // part) for side, part in zip(size, tile)]
+    model.directories[0] = [Tile(bytearray(64), None) for _ in range(tiles[0] * tiles[1])]
+    return model.write(), f"nothing in {size} pixels at {place} of {whole}, tiles {tile}"
 
 
 def emptied(chance, model):

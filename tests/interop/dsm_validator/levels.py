@@ -1,6 +1,5 @@
 """The records of levels (section 5)."""
 
-import math
 import struct
 from dataclasses import dataclass
 
@@ -61,7 +60,7 @@ def read_levels(contents, newer, limits):
         demand(newer or not any(row[-1]), level.place, "reserved bytes are not zero")
         for size in (level.width, level.height, level.tile_width, level.tile_height):
             demand(1 <= size <= MOST, level.place, f"{size} is no size")
-        demand(math.isfinite(level.tolerance) and 0 <= level.tolerance < 1, level.place, "its tolerance")
+        demand(0 <= level.tolerance < 1, level.place, "its tolerance is not in [0, 1)")
         check_errors(level.largest_error, level.mean_error, level.place)
         Limits.hold(level.tiles, limits.tiles, level.place, "tiles")
         _check_order(level, levels)

@@ -6,6 +6,7 @@ from . import layering
 from .texels import check_lists, lengths
 
 MOST_LEVELS = 25
+MOST_TEXELS_A_SIDE = 1 << 24
 
 
 class Prefiltered:
@@ -32,9 +33,11 @@ class Prefiltered:
     def check_levels(metadata, levels):
         layering.check_whole(metadata, levels)
         filtering = metadata.fields.object("filtering")
+        demand(levels[-1].view == 0, levels[-1].place, "there is one view")
         last = len(levels) - 1
         demand(len(levels) <= MOST_LEVELS, "levels", f"there are more than {MOST_LEVELS}")
         wider = max(metadata.width, metadata.height)
+        demand(wider <= MOST_TEXELS_A_SIDE, levels[0].place, f"a side has more than {MOST_TEXELS_A_SIDE} texels")
         demand(2**last < 2 * wider, "levels", "the last has squares wider than the map")
         stack = _stack_from(filtering)
         demand(last == 0 or (stack or 0) <= last, filtering.place("stack_from"), "there is no such level")
