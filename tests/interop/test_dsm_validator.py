@@ -14,6 +14,7 @@ from dsm_mutations.broken import broken, entry
 from dsm_mutations.model import Model
 from dsm_validator import BeyondLimits, verdict
 from dsm_validator.checksum import POLYNOMIAL, crc32c
+from dsm_validator.coded_numbers import Bits, _weight, unfolded
 from dsm_validator.codecs import _depth_codes, _value_codes
 from dsm_validator.fault import Fault, Limits
 from dsm_validator.json_text import parse
@@ -107,6 +108,19 @@ class Codecs(unittest.TestCase):
     def test_values_of_the_quantized_codec(self):
         falls = np.array([0, 3, 1, 0, 16], np.uint32)
         self.assertEqual(_value_codes(falls, np.array([3, 0, 2]), 4).tolist(), [16, 13, 12, 16, 0])
+
+
+class CodedNumbers(unittest.TestCase):
+    def test_numbers_of_the_bit_string(self):
+        # γ(0) = 1, γ(1) = 0 1 0, γ(5): 6 is 110, two zeros, a one and the digits 10, the lowest first.
+        bits = Bits(bytes([0b0100_0101, 0b0000_0001]), 0, "here")
+        self.assertEqual([bits.gamma(), bits.gamma(), bits.gamma()], [0, 1, 5])
+
+    def test_weights_stand_on_a_scale(self):
+        self.assertEqual([_weight(place) for place in (0, 1, 2, 4, 5, 9, 129)], [0, 4, 5, 7, 8, 16, 4 << 32])
+
+    def test_signs_are_the_lowest_bit(self):
+        self.assertEqual([unfolded(number) for number in (0, 1, 2, 3, 2**32 - 1)], [0, -1, 1, -2, -(2**31)])
 
 
 class Golden(unittest.TestCase):

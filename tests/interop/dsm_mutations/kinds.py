@@ -18,6 +18,7 @@ MUTATIONS = {
     "column": (payload.column, 14),
     "words everywhere": (payload.everywhere, 5),
     "depth range": (payload.depth_range, 3),
+    "coded numbers": (payload.coded, 6),
     "frame": (payload.frame, 5),
     "packing": (payload.packing, 4),
     "sections": (structure.sections, 3),

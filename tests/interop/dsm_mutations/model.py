@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import zstandard
 
-from dsm_validator.blocks import split, unpack
+from dsm_validator.blocks import CODED, split, unpack
 from dsm_validator.checksum import crc32c
 from dsm_validator.container import PROLOGUE, SECTION
 from dsm_validator.directory import ENTRY, read_directory
@@ -26,12 +26,18 @@ class Tile:
     words: np.ndarray | None
     # How many words each column has; the last one gets what was put in.
     lengths: list = field(default_factory=list)
+    # Bytes behind the words, of payloads that are no columns.
+    tail: bytes = b""
     # Instead of what the words become in the block of the entry.
     payload: bytes | None = None
 
     @property
     def block(self):
         return self.entry[57]
+
+    @property
+    def raw_length(self):
+        return struct.unpack_from("<Q", self.entry, 16)[0]
 
 
 @dataclass
@@ -102,6 +108,10 @@ def _tile(data, metadata, entry, raw):
     if entry.empty:
         return Tile(bytearray(raw), None)
     contents = unpack(entry, data[entry.offset : entry.offset + entry.length], Limits())
+    if entry.block == CODED:
+        whole = len(contents) // 4
+        words = np.frombuffer(contents, "<u4", whole).copy()
+        return Tile(bytearray(raw), words, [whole], contents[4 * whole :])
     lengths = KINDS[metadata.kind, metadata.version].lengths(entry, metadata.channels, contents)
     columns = split(entry, contents, lengths, spare=range(8))
     words = np.concatenate([column for column in columns if column is not None])
@@ -111,7 +121,7 @@ def _tile(data, metadata, entry, raw):
 def _packed(tile):
     """The payload of the words in the block of the entry."""
     if tile.block != 1:
-        return tile.words.astype("<u4").tobytes()
+        return tile.words.astype("<u4").tobytes() + tile.tail
     planes = []
     at = 0
     for index, length in enumerate(tile.lengths):
@@ -133,7 +143,9 @@ def _place_tile(out, tile):
     if payload is None:
         payload = _packed(tile)
     offset, checksum = _append(out, payload)
-    struct.pack_into("<QQQ", tile.entry, 0, offset, len(payload), 4 * len(tile.words))
+    # Of coded numbers nothing but the entry tells how long their columns are.
+    unpacked = tile.raw_length if tile.block == CODED else 4 * len(tile.words)
+    struct.pack_into("<QQQ", tile.entry, 0, offset, len(payload), unpacked)
     struct.pack_into("<I", tile.entry, 52, checksum)
 
 

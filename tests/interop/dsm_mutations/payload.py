@@ -54,6 +54,24 @@ def column(chance, model):
     return model.write(), f"column {index}: word " + ", ".join(told)
 
 
+def coded(chance, model):
+    """A bit or a byte of coded numbers, at their header, among frequencies, words or states."""
+    tiles = [tile for tile in model.tiles() if tile.block == 2]
+    if not tiles:
+        return None
+    tile = chance.choice(tiles)
+    payload = bytearray(tile.words.tobytes() + tile.tail)
+    at = chance.choice((0, 1, 2, -1, -4, -8, -9, -10, chance.randrange(len(payload)), chance.randrange(len(payload))))
+    if chance.random() < 0.7:
+        payload[at] ^= 1 << chance.randrange(8)
+    else:
+        payload[at] = chance.choice((0, 1, 23, 24, 25, 255, payload[at] ^ 0x80))
+    if chance.random() < 0.1:
+        payload = payload[:at] + payload[at:][1:]
+    tile.payload = bytes(payload)
+    return model.write(), f"byte {at} of {len(payload)}"
+
+
 def everywhere(chance, model):
     """Every word that is a certain number becomes another: zeros, ones, the depth of a step."""
     tile = _tile(chance, model)

@@ -5,16 +5,19 @@ import zstandard
 
 from .fault import Limits, demand
 
-PLAIN, ZSTD = 0, 1
+PLAIN, ZSTD, CODED = 0, 1, 2
 FRAME_MAGIC = b"\x28\xb5\x2f\xfd"
 
 
 def unpack(entry, payload, limits):
     """The contents of a payload, as long as the entry states: words one after the other, or planes."""
     place = entry.place
-    demand(entry.block in (PLAIN, ZSTD), place, f"block {entry.block} is not known")
+    known = (PLAIN, ZSTD, CODED) if entry.codec == 1 else (PLAIN, ZSTD)
+    demand(entry.block in known, place, f"block {entry.block} is not known")
     Limits.hold(entry.raw_length, limits.tile_bytes, place, "bytes unpacked")
     demand(entry.raw_length % 4 == 0, place, f"{entry.raw_length} bytes are no words")
+    if entry.block == CODED:
+        return payload
     if entry.block == PLAIN:
         demand(entry.differences == 0, place, "a plain tile has no differences")
         demand(len(payload) == entry.raw_length, place, f"a plain payload of {len(payload)} bytes is as long unpacked")

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from .blocks import split
+from . import coded
+from .blocks import CODED, split
 from .fault import demand
 from .functions import Functions, bits, counts, values_of, words_of_bits
 
@@ -71,6 +72,8 @@ class Quantized:
 
     @staticmethod
     def functions(entry, contents, channels):
+        if entry.block == CODED:
+            return coded.functions(entry, contents, channels)
         columns = split(entry, contents, Quantized.lengths(entry, channels, contents), Quantized.spare)
         header, starts, value_starts, mono, changes, falls = columns
         dropped, grid = int(header[0]) & 0xFF, int(header[0]) >> 8

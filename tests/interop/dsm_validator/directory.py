@@ -17,6 +17,7 @@ MEAN_SLACK = 1e-6
 class Entry:
     place: str
     pixels: int
+    width: int
     offset: int
     length: int
     raw_length: int
@@ -48,16 +49,16 @@ def read_directory(contents, level, newer):
     for index in range(level.tiles):
         raw = contents[ENTRY.size * index : ENTRY.size * (index + 1)]
         y, x = divmod(index, level.columns)
-        entries.append(_entry(raw, f"tile ({x}, {y}) of level {level.index}", level.tile_pixels(index), newer))
+        entries.append(_entry(raw, f"tile ({x}, {y}) of level {level.index}", level.tile_pixels(index), level.tile_columns(index), newer))
     _check_level_errors(level, entries)
     return entries
 
 
-def _entry(raw, place, pixels, newer):
+def _entry(raw, place, pixels, width, newer):
     *numbers, reserved = ENTRY.unpack(raw)
     # Of the errors nothing is said, and −0 is 0.
     empty = not any(numbers[:6]) and not any(numbers[8:])
-    entry = Entry(place, pixels, *numbers, empty)
+    entry = Entry(place, pixels, width, *numbers, empty)
     demand(newer or not any(reserved), place, "reserved bytes are not zero")
     check_errors(entry.largest_error, entry.mean_error, place)
     depths = (entry.least_depth, entry.most_depth, entry.depth_error)

@@ -41,11 +41,15 @@ class Level:
     def tiles(self):
         return self.columns * self.rows
 
+    def tile_columns(self, index):
+        """The width of a tile in pixels."""
+        column = index % self.columns
+        return min(self.tile_width, self.width - column * self.tile_width)
+
     def tile_pixels(self, index):
         """The number of pixels of a tile."""
-        row, column = divmod(index, self.columns)
-        width = min(self.tile_width, self.width - column * self.tile_width)
-        return width * min(self.tile_height, self.height - row * self.tile_height)
+        row = index // self.columns
+        return self.tile_columns(index) * min(self.tile_height, self.height - row * self.tile_height)
 
 
 def check_errors(largest, mean, place):

@@ -232,7 +232,7 @@ fn bakes_count_hits_and_what_was_cut() {
         bake_fragments::<f32, _>(
             &builder,
             &source(),
-            &path,
+            (&path, None),
             packed(Packing::Zstd),
             |_| {},
             Progress::ignore,

@@ -32,6 +32,8 @@ def check_share(metadata, key):
     share.integer("pixels", 0, 2**64 - 1)
     for part in ("max", "mean"):
         share.real(part, least=0, most=1)
+    if share.nullable("sum") is not None:
+        share.integer("sum", 0, 2**64 - 1)
 
 
 def check_exact(metadata):
