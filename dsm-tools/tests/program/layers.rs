@@ -128,7 +128,8 @@ fn fragments_are_baked_traced_and_shown() {
         crate::run::run(fragments.iter().chain(&["fragments", "--resolution", "16"]).chain(more))
     };
     asked(&["--coverage", "3"]).is_wrong_usage("1, 2, 4");
-    asked(&["--samples", "4"]).is_wrong_usage("not --samples");
+    // No more times than places of a pixel.
+    asked(&["--samples", "65"]).is_wrong_usage("times that the places of a pixel");
     // One place a pixel is fragments still.
     assert!(asked(&["--coverage", "1"]).stdout().contains("256 samples met"));
     let told = run!("inspect", map, "--json").json();

@@ -129,7 +129,7 @@ fn shells_and_readers_know_every_command() {
         .filter_map(|line| line.split_whitespace().next())
         .filter(|name| *name != "help")
         .collect();
-    assert_eq!(commands.len(), 13, "{commands:?}");
+    assert_eq!(commands.len(), 15, "{commands:?}");
     assert_eq!(read_dir(&pages).unwrap().count(), commands.len() + 1);
     for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
         let script = run!("completions", shell).stdout();

@@ -22,6 +22,9 @@ fn document(arguments: &[&str], output: &Path, size: [u32; 2], channels: u8) -> 
         for time in ["scene_s", "bake_s"] {
             assert!(keys.remove(time).is_none_or(|time| time.as_f64().unwrap() >= 0.0));
         }
+        // Of this process, where the system tells.
+        let peak = keys.remove("peak_bytes");
+        assert!(peak.is_some_and(|peak| peak.is_null() || peak.as_u64().unwrap() > 1 << 20));
         told
     };
     let told = answer(&["--json"]);

@@ -1,6 +1,6 @@
 //! Multilayer depth maps.
 
-use dsm_core::{Error, PixelSampling, RayHits, RaySource, SamplePoint, SurfaceHit};
+use dsm_core::{Error, RayHits, RaySource, SamplePoint, SurfaceHit};
 use mtsm::{MultilayerBaker, MultilayerSettings};
 
 /// Sheets of which pixel (x, y) meets x + 2 y, the farthest first.
@@ -42,12 +42,4 @@ fn hits_before_the_light_are_dropped() {
         MultilayerSettings { light_depth: 2.0, ..MultilayerSettings::new([5, 4]).unwrap() };
     let map = MultilayerBaker::new(source(), settings).unwrap().depth_map().unwrap();
     assert_eq!(map.pixels().depth_range(4), Some([3.0, 4.0]));
-}
-
-#[test]
-fn several_rays_a_pixel_are_refused() {
-    let mut settings = MultilayerSettings::new([5, 4]).unwrap();
-    settings.bake = settings.bake.with_sampling(PixelSampling::new(4, 0).unwrap());
-    let refused = MultilayerBaker::new(source(), settings).unwrap().depth_map();
-    assert!(matches!(refused, Err(Error::Setting { setting: "samples", .. })));
 }

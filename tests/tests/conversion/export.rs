@@ -170,14 +170,16 @@ fn attributes_that_say_how_an_image_is_built_are_left_out() {
 fn windows_begin_at_0_where_the_map_knows_none() {
     let folder = tempfile::tempdir().unwrap();
     let window = Window { min: [0, 0], max: [2, 1] };
+    let metadata = Metadata::new(3, 2, 3, MapInfo::new());
+    let (told, _) = exported(metadata, &ExportOptions::default(), folder.path());
+    assert_eq!((told.data_window, told.display_window), (window, window));
+    // One that holds nothing is none of a map.
     let upside_down = PixelWindow { min: [4, 4], max: [2, 2] };
-    for display_window in [None, Some(upside_down)] {
-        let mut info = MapInfo::new();
-        info.display_window = display_window;
-        let metadata = Metadata::new(3, 2, 3, info);
-        let (told, _) = exported(metadata, &ExportOptions::default(), folder.path());
-        assert_eq!((told.data_window, told.display_window), (window, window));
-    }
+    let metadata = Metadata::new(3, 2, 3, MapInfo::new().with_display_window(upside_down));
+    let map = DeepMap::new(metadata.info, PixelLists::<Rgb>::clear(3, 2));
+    let path = folder.path().join("none.dsm");
+    let refused = write_map(&path, metadata, &map, AchievedError::NONE, WriteOptions::default());
+    assert!(refused.unwrap_err().to_string().contains("display window holds no pixel"));
 }
 
 #[test]

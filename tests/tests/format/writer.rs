@@ -198,9 +198,14 @@ fn plain_tiles_are_used_where_they_lie() {
     let path = folder.path().join("map.dsm");
     for (packing, in_place) in [(Packing::Plain, true), (Packing::Zstd, false)] {
         mono(packing).write(&path).unwrap();
-        let reader = MapReader::open(&path, &Limits::default()).unwrap();
+        let limits = Limits::default();
+        let mapped = Container::open_mapped(&path, &limits).unwrap();
+        let reader = MapReader::new(mapped, &limits).unwrap();
         let tile = reader.tile::<f32>(TileId::default()).unwrap();
         assert_eq!(matches!(tile, Tile::Borrowed(_)), in_place, "{packing:?}");
+        // What is read is memory of its own: who changes the file does not change it.
+        let reader = MapReader::open(&path, &limits).unwrap();
+        assert!(matches!(reader.tile::<f32>(TileId::default()).unwrap(), Tile::Owned(_)));
     }
 }
 

@@ -236,7 +236,7 @@ fn crops_that_do_not_fit_are_refused() {
     let of_another = metadata(&pixels(), info(0.0625).with_samples(2));
     other[2] = write_crop(&path("f.dsm"), &of_another, third, Packing::Plain);
     let other = refusal(&other, None);
-    assert!(other.contains("f.dsm: its metadata differ from the first map's"), "{other}");
+    assert!(other.contains("f.dsm: its metadata differ from another map's"), "{other}");
     let mut other: Vec<_> = all().into();
     let options = WriteOptions::default().with_tile_size(1);
     let writer = MapWriter::create_crop(path("g.dsm"), whole.clone(), third, options);
