@@ -80,7 +80,7 @@ ATTRIBUTES = [
     ('{"type":"int","value":1,"hex":"01000000"}', "has not either value or hex"),
     ('{"type":"v2i","value":[1,2,3]}', "it has 3 items, not 2"),
     ('{"type":"v2i","value":1}', "it is not an array"),
-    ('{"type":"double","value":1e309}', "is not finite"),
+    ('{"type":"double","value":1e309}', "is beyond every f64"),
     ('{"type":"double","value":"1"}', "is not a number"),
     ('{"type":1,"hex":""}', "it is not a string"),
     ("[]", "it is not an object"),

@@ -94,7 +94,7 @@ class Json(unittest.TestCase):
         parse(b'"' + b"[" * 500 + b'"', "metadata", Limits())
 
     def test_integers_are_written_as_such(self):
-        integers = {b"0": 0, b"-7": -7, b"1" * 5000: 10**40}
+        integers = {b"0": 0, b"-7": -7, b"1" * 300: 10**40}
         for text, value in (integers | dict.fromkeys((b"1.0", b"1e0", b"-0"))).items():
             self.assertEqual(parse(text, "metadata", Limits()).integer(), value)
 

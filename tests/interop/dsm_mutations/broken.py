@@ -209,7 +209,7 @@ BROKEN = [
     ("deep_crop_mono", record(16, 1, 0), "does not begin on a tile's border"),
     ("layers_plain_mono", metadata('"tolerance":0.0', '"tolerance":0.5'), "has a tolerance of 0"),
     ("layers_levels", record(32, 0.25), "its tolerance is not 0"),
-    ("layers_plain_mono", metadata('"width":12', '"width":13'), "not the whole map"),
+    ("layers_plain_mono", metadata('"width":12', '"width":13'), "does not end on a tile's border"),
     ("layers_plain_mono", _second_is(1, 0, 0.0), "depths fall"),
     ("mtsm_plain_mono", columns(_run_without_zero), "does not end with 0"),
     ("mtsm_plain_mono", columns(_run_too_near), "begins before the end"),
@@ -239,7 +239,7 @@ BROKEN = [
     ("attenuation_plain_mono", another_level(0, 1), "there is more than one"),
     ("views_plain_mono", metadata('"channels":1', '"channels":3'), "views have one channel"),
     ("views_plain_mono", metadata('"eyes":[', '"eyes":[],"more":['), "there are 0"),
-    ("views_plain_mono", record(12, 8), "its record is"),
+    ("views_plain_mono", record(12, 8), "its pixels are not those of the first view"),
     ("views_plain_mono", columns(_seen_nothing), "pixels are not 0, not"),
 ]
 

@@ -147,7 +147,7 @@ def packing(chance, model):
     if tile is None:
         return None
     if chance.random() < 0.5:
-        tile.entry[57] = 1 - tile.block
+        tile.entry[57] = chance.choice([block for block in range(3) if block != tile.block])
         if chance.random() < 0.5:
             tile.entry[58] = 0
         told = "the other block"

@@ -1,6 +1,7 @@
 """JSON (RFC 8259) as section 4 has it: UTF-8, no key twice, and numbers kept as they were written."""
 
 import json
+import math
 import re
 
 from .fault import BeyondLimits, demand
@@ -45,12 +46,16 @@ def parse(contents, place, limits):
         demand(len(value) == len(pairs), place, "an object has a key twice")
         return value
 
+    def number(digits):
+        demand(math.isfinite(float(digits)), place, f"{digits[:60]} is beyond every f64")
+        return Number(digits)
+
     def constant(name):
         demand(False, place, f"{name} is not of JSON")
 
     try:
         value = json.loads(
-            text, object_pairs_hook=unique, parse_int=Number, parse_float=Number, parse_constant=constant
+            text, object_pairs_hook=unique, parse_int=number, parse_float=number, parse_constant=constant
         )
     except json.JSONDecodeError as error:
         demand(False, place, f"it is not JSON: {error}")

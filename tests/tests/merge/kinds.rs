@@ -89,8 +89,7 @@ fn what_is_no_crop_of_the_map_is_named() {
     let settings = Bake::new([128, 64]).unwrap().with_kind(Kind::LAYERS);
     let [left, right] = settings.parts(2).unwrap()[..] else { panic!() };
     let path = |name: &str| folder.path().join(name);
-    let [first, other, kind, out] =
-        ["first.dsm", "other.dsm", "kind.dsm", "out.dsm"].map(|name| path(name));
+    let [first, other, kind, out] = ["first.dsm", "other.dsm", "kind.dsm", "out.dsm"].map(path);
     write(&scene, &settings.clone().with_crop(left), &first);
     write(&scene, &settings.clone().with_max_layers(9).with_crop(right), &other);
     write(&scene, &settings.with_kind(Kind::MTSM).with_crop(right), &kind);

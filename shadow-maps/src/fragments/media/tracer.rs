@@ -85,7 +85,7 @@ impl<T: Transmittance> TracedMediaBuilder<T> {
     pub(crate) fn finish(self) -> Option<TracedMedia<T>> {
         let Self { size, skipped, columns, extent, .. } = self;
         let width = size[0] as usize;
-        (!columns.is_empty()).then(|| TracedMedia { width, skipped, columns, extent })
+        (!columns.is_empty()).then_some(TracedMedia { width, skipped, columns, extent })
     }
 }
 

@@ -3,6 +3,7 @@
 from ..codecs import CODECS
 from ..fault import demand
 from ..functions import check_functions, check_range
+from .layering import check_crop
 
 
 class Deep:
@@ -15,18 +16,8 @@ class Deep:
     @staticmethod
     def check_levels(metadata, levels):
         first = levels[0]
-        place = first.place
-        demand(first.tolerance == metadata.tolerance, place, "its tolerance is not that of the metadata")
-        whole = (metadata.width, metadata.height)
-        if (first.column, first.row, first.width, first.height) == (0, 0, *whole):
-            return
-        demand(len(levels) == 1, place, "it is not the whole map, and a crop has one level")
-        for begin, size, tile, end in zip(
-            (first.column, first.row), (first.width, first.height), (first.tile_width, first.tile_height), whole
-        ):
-            demand(begin >= 0 and begin + size <= end, place, "it does not lie in the whole map")
-            demand(begin % tile == 0, place, "it does not begin on a tile's border")
-            demand(begin + size == end or (begin + size) % tile == 0, place, "it does not end on a tile's border")
+        demand(first.tolerance == metadata.tolerance, first.place, "its tolerance is not that of the metadata")
+        check_crop(metadata, levels)
 
     @staticmethod
     def lengths(entry, channels, contents):

@@ -18,7 +18,7 @@ class Fragments:
         layering.check_share(metadata, "folded")
         demand(metadata.fields.nullable("media") is None, "metadata", "fragments of version 1 have no key media")
 
-    check_levels = staticmethod(layering.check_whole)
+    check_levels = staticmethod(layering.check_crop)
     check_errors = staticmethod(layering.check_no_errors)
 
     @staticmethod

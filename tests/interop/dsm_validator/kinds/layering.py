@@ -48,6 +48,22 @@ def check_no_errors(levels, directories):
             demand(part.largest_error == 0 and part.mean_error == 0, part.place, "its errors are not 0")
 
 
+def check_crop(metadata, levels):
+    """Level 0 of view 0 is the whole map, or the file holds a crop (section 5): whole tiles of it, of every view."""
+    first = levels[0]
+    whole = (metadata.width, metadata.height)
+    pixels = (first.column, first.row, first.width, first.height)
+    if pixels == (0, 0, *whole):
+        return
+    for level in levels:
+        same = (level.column, level.row, level.width, level.height) == pixels
+        demand(level.number == 0 and same, level.place, "a crop has one level a view, all of the same pixels")
+    for begin, size, tile, end in zip(pixels[:2], pixels[2:], (first.tile_width, first.tile_height), whole):
+        demand(begin >= 0 and begin + size <= end, first.place, "it does not lie in the whole map")
+        demand(begin % tile == 0, first.place, "it does not begin on a tile's border")
+        demand(begin + size == end or (begin + size) % tile == 0, first.place, "it does not end on a tile's border")
+
+
 def check_whole(metadata, levels):
     """Level 0 of view 0 is the whole map."""
     first = levels[0]

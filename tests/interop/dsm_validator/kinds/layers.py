@@ -16,7 +16,7 @@ class Layers:
         layering.check_share(metadata, "left_out")
         demand(metadata.fields.nullable("coverage") is None, "metadata", "maps of layers have no key coverage")
 
-    check_levels = staticmethod(layering.check_whole)
+    check_levels = staticmethod(layering.check_crop)
     check_errors = staticmethod(layering.check_no_errors)
 
     @staticmethod

@@ -23,7 +23,7 @@ class Media:
 
     @staticmethod
     def check_levels(metadata, levels):
-        layering.check_whole(metadata, levels)
+        layering.check_crop(metadata, levels)
         Deep.check_levels(metadata, levels)
 
     @staticmethod

@@ -22,7 +22,7 @@ class Mtsm:
 
     @staticmethod
     def check_levels(metadata, levels):
-        layering.check_whole(metadata, levels)
+        layering.check_crop(metadata, levels)
         Deep.check_levels(metadata, levels)
 
     @staticmethod

@@ -31,9 +31,11 @@ class Views:
         eyes = metadata.fields.array("eyes")
         demand(len(levels) == len(eyes), "levels", f"there are {len(levels)} for {len(eyes)} eyes")
         for level in levels:
-            wanted = (level.index, 0, 0, 0, metadata.width, metadata.height)
-            found = (level.view, level.number, level.column, level.row, level.width, level.height)
-            demand(found == wanted, level.place, f"its record is {found}, not {wanted}")
+            demand((level.view, level.number) == (level.index, 0), level.place, "a view has one level")
+            first = levels[0]
+            pixels = [(at.column, at.row, at.width, at.height) for at in (level, first)]
+            demand(pixels[0] == pixels[1], level.place, "its pixels are not those of the first view")
+        layering.check_crop(metadata, levels)
 
     check_errors = staticmethod(layering.check_no_errors)
 
