@@ -162,7 +162,7 @@ pub(super) fn slice_of<V>(
     depth: f32,
     make: impl FnOnce(&Slice<&dyn Fn(TileRect) -> Result<AnyDeepMap>>) -> Result<V>,
 ) -> Result<V> {
-    let (rows, channels) = (level(map, 0)?.tile_height, usize::from(map.channels()));
+    let (rows, channels) = (level(map, 0)?.tile_height, map.channels());
     make(&Slice::new(map.size(), channels, rows, depth, &|rect| functions(map, 0, rect)))
 }
 
