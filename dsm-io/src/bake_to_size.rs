@@ -20,7 +20,7 @@ use crate::metadata::Metadata;
 ///
 /// # Errors
 ///
-/// Those of [`bake`](crate::bake::bake) and of [`convert_to_size`].
+/// Those of [`bake`] and of [`convert_to_size`].
 pub fn bake_to_size<T: Transmittance, S: HitSource<T>>(
     baker: &Baker<T, S>,
     output: &Path,
