@@ -11,8 +11,13 @@ folder=$(mkdir -p "$3" && cd "$3" && pwd)
 
 # A target folder of its own: builds with other flags in one folder undo each other.
 rm -rf "$folder/wheels" "$folder/venv"
+# Readers of pictures are compiled without optimisation elsewhere, which takes less time and more room.
+small=()
+for package in image moxcms pxfm; do
+    small+=(--config "profile.release.package.$package.opt-level=\"s\"")
+done
 PATH=$(dirname "$(realpath -s "$python")"):$PATH maturin build --release --locked --zig --compatibility manylinux_2_28 \
-    --manifest-path "$here/Cargo.toml" --target-dir "$folder/target" --out "$folder/wheels"
+    --compression-level 9 "${small[@]}" --manifest-path "$here/Cargo.toml" --target-dir "$folder/target" --out "$folder/wheels"
 wheel=$(echo "$folder"/wheels/*.whl)
 [[ $wheel == *-cp310-abi3-manylinux_2_28_x86_64.whl || $wheel == *-cp310-abi3-manylinux_2_28_aarch64.whl ]] || { echo "not for every Python and glibc 2.28: $wheel" >&2; exit 1; }
 size=$(stat -c %s "$wheel")

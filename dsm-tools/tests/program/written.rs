@@ -24,7 +24,7 @@ fn document(arguments: &[&str], output: &Path, size: [u32; 2], channels: u8) -> 
         }
         // Of this process, where the system tells.
         let peak = keys.remove("peak_bytes");
-        assert!(peak.is_some_and(|peak| peak.is_null() || peak.as_u64().unwrap() > 1 << 20));
+        assert!(peak.is_none_or(|peak| peak.is_null() || peak.as_u64().unwrap() > 1 << 20));
         told
     };
     let told = answer(&["--json"]);

@@ -183,7 +183,9 @@ fn what_breaks_a_rule_is_named() {
         f.put(at, f32::NAN.to_le_bytes());
     });
     // It may be wider, and not narrower.
-    signed(&fragments, "not the range", |f| f.put(f.tile_entry(0) + 36, 1.0_f32.to_le_bytes()));
+    signed(&fragments, "not the range", |f| {
+        f.put(f.tile_entry(0) + 36, f.u32(f.tile_entry(0) + 32).to_le_bytes())
+    });
     for file in [&fragments, &layers] {
         signed(file, "a tile without layers is empty", |f| {
             f.put(f.tile_entry(0) + 24, [0; 8]);
