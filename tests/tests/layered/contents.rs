@@ -119,10 +119,8 @@ fn pixels<T: Transmittance>() {
         let shown = fragments.contents::<T>(0, [x, y]).unwrap();
         let expected = nearest.iter().map(|one| {
             let covered = PixelValue::Count(one.coverage.count_ones());
-            // The source does not say that there are no media: a fragment ends where it begins.
-            let depths = [number(one.w.recip()), number(one.w.recip())];
-            let rest = [PixelValue::light(one.opacity), covered, PixelValue::Mask(one.coverage)];
-            depths.into_iter().chain(rest).collect::<Vec<_>>()
+            let mask = PixelValue::Mask(one.coverage);
+            vec![number(one.w.recip()), PixelValue::light(one.opacity), covered, mask]
         });
         assert!(shown.rows().iter().cloned().eq(expected), "({x}, {y})");
         occupied += u64::from(!nearest.is_empty());

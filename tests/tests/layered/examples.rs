@@ -3,7 +3,8 @@
 use std::ops::ControlFlow;
 
 use dsm_core::{
-    Error, RayHits, RaySource, SamplePoint, ShadowCamera, SurfaceHit, Transmittance, VolumeSample,
+    Error, HitSource, RayHits, RaySource, SamplePoint, ShadowCamera, SurfaceHit, TileHits,
+    TileSamples, Transmittance, VolumeSample,
 };
 use dsm_io::detail::{Container, ErasedMap, KindReader, Kinds, MapKind, Memory};
 use dsm_io::{Limits, Packing, WriteOptions};
@@ -15,6 +16,24 @@ use shadow_maps::detail::{
     PrefilterSettings, Prefiltered, PrefilteredMap, Views, ViewsBuilder, bake_fragments,
     bake_prefiltered, write_attenuation,
 };
+
+/// A source that says whether it has media.
+struct Told<S> {
+    source: S,
+    has_media: bool,
+}
+
+impl<T: Transmittance, S: HitSource<T>> HitSource<T> for Told<S> {
+    type Error = S::Error;
+
+    fn hits(&self, samples: &TileSamples, hits: &mut TileHits<T>) -> Result<(), S::Error> {
+        self.source.hits(samples, hits)
+    }
+
+    fn has_media(&self) -> bool {
+        self.has_media
+    }
+}
 
 pub(crate) type Ray<T> = fn(SamplePoint, &mut RayHits<T>) -> Result<(), Error>;
 
@@ -185,7 +204,7 @@ pub(crate) fn file<T: Transmittance>(kind: &str, packing: Packing) -> Vec<u8> {
         }
         _ => {
             let ray = if kind == FOGGY { fog::<T> } else { sheets::<T> };
-            let source: RaySource<Ray<T>> = RaySource(ray);
+            let source = Told { source: RaySource(ray as Ray<T>), has_media: kind == FOGGY };
             let options = WriteOptions::default().with_tile_size(4).with_packing(packing);
             bake_fragments::<T, _>(&fragments(), &source, (&path, None), options, |_| {}, watch)
                 .unwrap()
