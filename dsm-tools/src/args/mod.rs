@@ -48,6 +48,7 @@ use std::path::Path;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
+use deepshadow::files::dsm_remote::is_url;
 
 use crate::input::STREAM;
 
@@ -104,6 +105,10 @@ impl Request {
     /// are lost to a name that cannot.
     pub(crate) fn check_outputs(&self) -> anyhow::Result<()> {
         for output in self.outputs() {
+            // Stores have no folders to make first.
+            if is_url(output) {
+                continue;
+            }
             let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
             if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
                 let (output, folder) = (output.display(), folder.display());
