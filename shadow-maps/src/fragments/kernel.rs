@@ -164,17 +164,13 @@ fn meet_block_alone<S: Simd, T: Transmittance>(
             for at in bits(hits) {
                 let bit = ((y[at] as u32) << 3) | x[at] as u32;
                 let covered = chunk.coverage::<T>(at) >> (bit & 63) & 1 == 1;
-                let place = slope.map(|along| u[at] * along);
                 let covered = covered
                     && !(doubtful >> at & 1 == 1
-                        && place[0].abs().max(place[1].abs()) < CELL
-                        && apex
-                            .surface
-                            .settled(NearPlane {
-                                off: distance.to_array()[at],
-                                slope: [along_x.to_array()[at], along_y.to_array()[at]],
-                            })
-                            .is_some_and(|beyond| beyond.at(place) >= 0.0));
+                        && (u[at] * slope[0]).abs().max((u[at] * slope[1]).abs()) < CELL
+                        && apex.surface.is_settled(NearPlane {
+                            off: distance.to_array()[at],
+                            slope: [along_x.to_array()[at], along_y.to_array()[at]],
+                        }));
                 if covered && u[at] >= start[usize::from(chunk.is_facing(at))] {
                     any = true;
                     lanes.take_alone::<T>(lane, |channel| chunk.opacity(at, channel));
@@ -226,11 +222,10 @@ fn meet_block<S: Simd, T: Transmittance>(
                 let coverage = || chunk.coverage::<T>(at);
                 let facing = chunk.is_facing(at);
                 let mut met = lanes.meet(simd, place, distance[at], gradient, facing, coverage);
-                if doubtful >> at & 1 == 1 {
-                    let plane = NearPlane { off: distance[at], slope: gradient };
-                    if let Some(beyond) = apex.surface.settled(plane) {
-                        met &= !lanes.is_near(simd, plane, beyond, CELL);
-                    }
+                if doubtful >> at & 1 == 1
+                    && apex.surface.is_settled(NearPlane { off: distance[at], slope: gradient })
+                {
+                    met &= !lanes.is_near(simd, distance[at], gradient, CELL);
                 }
                 if met.to_bitmask() != 0 {
                     lanes.take::<S, T>(simd, met, |channel| chunk.opacity(at, channel));

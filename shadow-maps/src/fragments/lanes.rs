@@ -4,7 +4,6 @@ use dsm_core::Transmittance;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask, f32x16, mask32x16, u32x16};
 
 use super::lane_count::LANES;
-use super::near_planes::NearPlane;
 use super::packet::Packet;
 
 /// The rays of a packet on their way, and what is left of their light. In
@@ -116,23 +115,21 @@ impl Lanes {
         met & covered.simd_eq(u32x16::splat(simd, 1))
     }
 
-    /// Which rays meet a plane within `reach` pixels of the apex where another plane is at
-    /// least 0.
+    /// Which rays meet the plane of [`Self::meet`] within `reach` pixels of the apex.
     #[inline(always)]
     pub(crate) fn is_near<S: Simd>(
         &self,
         simd: S,
-        NearPlane { off, slope }: NearPlane,
-        beyond: NearPlane,
+        distance: f32,
+        gradient: [f32; 2],
         reach: f32,
     ) -> mask32x16<S> {
-        let splat = |value| f32x16::splat(simd, value);
         let load = |column: &[f32; LANES]| f32x16::load_array_ref(simd, column);
         let [along_x, along_y] = [load(&self.slope[0]), load(&self.slope[1])];
-        let u = splat(off) / (splat(1.0) - (along_x * slope[0] + along_y * slope[1]));
-        let (x, y) = (along_x * u, along_y * u);
-        let height = (x * beyond.slope[0] + beyond.off) + y * beyond.slope[1];
-        x.abs().simd_lt(splat(reach)) & y.abs().simd_lt(splat(reach)) & height.simd_ge(splat(0.0))
+        let closing = f32x16::splat(simd, 1.0) - (along_x * gradient[0] + along_y * gradient[1]);
+        let u = f32x16::splat(simd, distance) / closing;
+        let reach = f32x16::splat(simd, reach);
+        (along_x * u).abs().simd_lt(reach) & (along_y * u).abs().simd_lt(reach)
     }
 
     /// Takes the share `opacity` of each channel from the light of the rays in `met`.

@@ -24,12 +24,6 @@ impl NearPlane {
         self.off + self.slope[0] * place[0] + self.slope[1] * place[1]
     }
 
-    /// By how much more w it has than another.
-    pub(crate) fn above(&self, other: &Self) -> Self {
-        let slope = [0, 1].map(|axis| self.slope[axis] - other.slope[axis]);
-        Self { off: self.off - other.off, slope }
-    }
-
     /// By how much they differ within a cell.
     pub(crate) fn apart(&self, other: &Self) -> f32 {
         (self.off - other.off).abs() + self.turned(other) * CELL
@@ -44,8 +38,7 @@ impl NearPlane {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Candidate<T> {
     pub(crate) plane: NearPlane,
-    /// How far the nearest of it that is covered lies from the receiver, in sides of a pixel,
-    /// and how much it is turned.
+    /// How far it is from the receiver, in sides of a pixel, and how much it is turned.
     pub(crate) apart: f32,
     pub(crate) opacity: T,
     /// Whether it passes through the receiver as far as numbers tell.
@@ -83,10 +76,6 @@ impl<T: Transmittance> Nearest<T> {
         let same = |have: &&mut Candidate<T>| have.plane.apart(&one.plane) <= room;
         if let Some(have) = self.planes[..self.count].iter_mut().find(same) {
             have.cells |= one.cells;
-            if one.apart < have.apart {
-                have.apart = one.apart;
-                self.planes[..self.count].sort_by(|a, b| a.apart.total_cmp(&b.apart));
-            }
             return;
         }
         let place = self.planes().partition_point(|have| have.apart <= one.apart);
@@ -96,22 +85,6 @@ impl<T: Transmittance> Nearest<T> {
             self.planes[place] = one;
         }
     }
-}
-
-/// How far, in pixels of the raster, the nearest of nine cells lies from a place within its
-/// pixel: 0 in the cell itself, and of none.
-pub(crate) fn gap(cells: u32, within: [f32; 2]) -> f32 {
-    let within = within.map(|at| at / CELL - (at / CELL).floor());
-    let along = |step: u32, at: f32| match step {
-        0 => at,
-        1 => 0.0,
-        _ => 1.0 - at,
-    };
-    let gaps = (0..9_u32).filter(|cell| cells >> cell & 1 == 1).map(|cell| {
-        let [x, y] = [along(cell % 3, within[0]), along(cell / 3, within[1])];
-        (x * x + y * y).sqrt() * CELL
-    });
-    gaps.reduce(f32::min).unwrap_or(0.0)
 }
 
 /// The nearest along the view that covers the receiver's cell.
@@ -128,31 +101,4 @@ pub(crate) fn cells_around(coverage: u64, place: [f32; 2]) -> u32 {
         (0..8).contains(&x) && (0..8).contains(&y) && coverage >> (8 * y + x) & 1 == 1
     };
     (0..9).fold(0, |cells, at| cells | u32::from(is_set([x + at % 3, y + at / 3])) << at)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn gaps_are_those_to_the_nearest_cell() {
-        let mut random = dsm_testkit::Random::new(3);
-        for _ in 0..2000 {
-            let cells = random.below(512) as u32;
-            let within = [0, 1].map(|_| random.unit() as f32);
-            // The nearest of many places in the covered cells.
-            let mut nearest = f32::INFINITY;
-            for cell in (0..9_u32).filter(|cell| cells >> cell & 1 == 1) {
-                let first = [cell % 3, cell / 3]
-                    .map(|at| (at as f32 - 1.0) * CELL)
-                    .into_iter()
-                    .zip(within)
-                    .map(|(step, at)| (at / CELL).floor() * CELL + step);
-                let off = first.zip(within).map(|(low, at)| at.clamp(low, low + CELL) - at);
-                nearest = nearest.min(off.map(|off| off * off).sum::<f32>().sqrt());
-            }
-            let expected = if cells == 0 { 0.0 } else { nearest };
-            assert!((gap(cells, within) - expected).abs() < 1e-6, "{cells:09b} {within:?}");
-        }
-    }
 }

@@ -3,8 +3,8 @@
 use dsm_core::Transmittance;
 
 use super::apex::Apex;
-use super::near_planes::{CELL, Candidate, MOST_NEAR, NearPlane, Nearest};
-use super::near_planes::{cells_around, gap, nearest_in_cell};
+use super::near_planes::nearest_in_cell;
+use super::near_planes::{CELL, Candidate, MOST_NEAR, NearPlane, Nearest, cells_around};
 use super::packed::PackedFragments;
 
 /// The cosine below which planes are seen from their edge: others that no sample met may
@@ -25,9 +25,8 @@ const MOST_TURN: f32 = 0.3;
 ///
 /// Outlines are only known to a cell of coverage, so that within a cell of the receiver
 /// planes decide: two that meet in an edge end there, on the side on which their cells
-/// are not. Those that end before the receiver shade nothing on its side of that edge,
-/// within a cell; the one that it lies on shades by the side that the receiver is on, if its
-/// cell shows anything.
+/// are not. Those that end before the receiver shade nothing within a cell; the one that
+/// it lies on shades by the side that the receiver is on.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Surface {
     /// By how much w may differ at the receiver's place: at least, and for each unit of
@@ -41,14 +40,10 @@ pub(crate) struct Surface {
     pub(crate) plane: NearPlane,
     /// That the receiver stands off it, on a side of its own.
     pub(crate) has_side: bool,
-    /// Planes that shade nothing within a cell by their coverage, where the plane that comes
-    /// with each is above 0.
-    settled: [(NearPlane, NearPlane); MOST_NEAR],
+    /// Planes that shade nothing within a cell by their coverage.
+    settled: [NearPlane; MOST_NEAR],
     count: usize,
 }
-
-/// Above 0 everywhere.
-const EVERYWHERE: NearPlane = NearPlane { off: 1.0, slope: [0.0; 2] };
 
 impl Surface {
     /// The planes within this room, and no others.
@@ -59,7 +54,7 @@ impl Surface {
             per_turn: 0.0,
             plane: NearPlane { off: 0.0, slope: [0.0; 2] },
             has_side: false,
-            settled: [(NearPlane::NONE, EVERYWHERE); MOST_NEAR],
+            settled: [NearPlane::NONE; MOST_NEAR],
             count: 0,
         }
     }
@@ -69,16 +64,15 @@ impl Surface {
         self.room + self.per_slope * (along_x.abs() + along_y.abs())
     }
 
-    /// Of a plane that shades nothing within a cell by its coverage, the surface or what
-    /// ends before the receiver: a plane that is at least 0 where that holds.
-    pub(crate) fn settled(&self, plane: NearPlane) -> Option<NearPlane> {
+    /// Whether a plane shades nothing within a cell by its coverage: the surface, and what
+    /// ends before the receiver.
+    pub(crate) fn is_settled(&self, plane: NearPlane) -> bool {
         let room = self.room(plane.slope);
-        let mut settled = self.settled[..self.count].iter();
-        settled.find(|(one, _)| one.apart(&plane) <= room).map(|&(_, beyond)| beyond)
+        self.settled[..self.count].iter().any(|one| one.apart(&plane) <= room)
     }
 
-    fn settle(&mut self, plane: NearPlane, beyond: NearPlane) {
-        self.settled[self.count] = (plane, beyond);
+    fn settle(&mut self, plane: NearPlane) {
+        self.settled[self.count] = plane;
         self.count += 1;
     }
 }
@@ -98,37 +92,34 @@ impl Apex {
         }
         let found = found.planes();
         let apex = self;
-        let ends = |one: &Candidate<T>| found.iter().find_map(|other| apex.ends_before(one, other));
-        let own = found.iter().find(|one| apex.may_be_surface(one) && ends(one).is_none());
+        let ends = |one: &Candidate<T>| found.iter().any(|other| apex.ends_before(one, other));
+        let own = found.iter().find(|one| apex.may_be_surface(one) && !ends(one));
         let Some(likest) = own.or(found.first()) else { return (self, None) };
         let surface = &mut self.surface;
         surface.plane = likest.plane;
         surface.per_turn = 2.0 * CELL;
-        for (one, beyond) in found.iter().filter_map(|one| Some((one, ends(one)?))) {
-            surface.settle(one.plane, beyond);
+        for one in found.iter().filter(|one| ends(one)) {
+            surface.settle(one.plane);
         }
         let Some(own) = own else { return (self, None) };
         let is_on = is_known || own.is_exact;
-        // Beyond an outline, where its cell is empty, it is no side of what ends there: it may
-        // lie on a wall that no sample met.
-        let is_seen = found.iter().any(Candidate::covers);
-        let shows = own.covers() || is_seen && apex.cosine(own.plane.slope) > EDGE_ON;
+        let shows = own.covers() || apex.cosine(own.plane.slope) > EDGE_ON;
         if is_known {
             // What it is known to lie on counts by its side, and not once more.
             surface.room = surface.room.max(own.plane.off.abs());
         }
         surface.has_side = !is_on && shows;
         if is_on || shows {
-            surface.settle(own.plane, EVERYWHERE);
+            surface.settle(own.plane);
         }
         if is_on {
             let stand_in = if own.covers() { None } else { nearest_in_cell(found) };
-            for one in found.iter().filter(|one| **one != *own && ends(one).is_none()) {
+            for one in found.iter().filter(|one| **one != *own && !ends(one)) {
                 // What goes on beside it, and what stands for it in the receiver's cell.
                 let room = surface.room(one.plane.slope) + one.plane.turned(&own.plane) * CELL;
                 let goes_on = one.plane.off.abs() <= room && !one.covers();
                 if goes_on || stand_in == Some(one.plane) {
-                    surface.settle(one.plane, EVERYWHERE);
+                    surface.settle(one.plane);
                 }
             }
         }
@@ -145,21 +136,19 @@ impl Apex {
     }
 
     /// Whether a plane ends before the receiver, where it meets another: all of its cells
-    /// are on the other side of that edge. Then a plane that is at least 0 on this side.
-    fn ends_before<T>(&self, one: &Candidate<T>, other: &Candidate<T>) -> Option<NearPlane> {
+    /// are on the other side of that edge.
+    fn ends_before<T>(&self, one: &Candidate<T>, other: &Candidate<T>) -> bool {
         if one.cells == 0 || one.plane == other.plane {
-            return None;
+            return false;
         }
         let above = |place: [f32; 2]| one.plane.at(place) > other.plane.at(place);
         let here = above([0.0; 2]);
         let corner = self.within.map(|at| (at / CELL).floor() * CELL - at);
         let mut cells = (0..9_u32).filter(|cell| one.cells >> cell & 1 == 1);
-        let ends = cells.all(|cell| {
+        cells.all(|cell| {
             let step = [cell % 3, cell / 3].map(|at| at as f32 - 0.5);
             above([0, 1].map(|axis| corner[axis] + step[axis] * CELL)) != here
-        });
-        let (from, to) = if here { (other, one) } else { (one, other) };
-        ends.then(|| to.plane.above(&from.plane))
+        })
     }
 
     /// The planes that are nearest to the receiver, of fragments in the pixels within
@@ -187,9 +176,7 @@ impl Apex {
                 let distance = self.distance_to(slope, off);
                 if is_exact || distance <= MEETING {
                     let (plane, opacity) = (NearPlane { off, slope }, fragment.opacity);
-                    // A plane through it goes on between the samples, as a strand does.
-                    let gap = if is_exact { 0.0 } else { gap(cells, self.within) };
-                    let apart = (distance * distance + gap * gap).sqrt() + self.turned(slope);
+                    let apart = distance + self.turned(slope);
                     let one = Candidate { plane, apart, opacity, is_exact, cells };
                     found.push(one, self.surface.room(slope));
                 }

@@ -35,10 +35,6 @@ const FACING_START: f64 = 0.5;
 /// Packets that share a frontier: 256 rays.
 const PACKETS: usize = 16;
 
-/// Pixels a fragment beyond which a far table is none: it takes 8 bytes a pixel, and
-/// so few fragments are met quickly.
-const PIXELS_OF_TABLE: usize = 64;
-
 /// Receivers that a thread takes at once.
 const CHUNK: usize = 64;
 
@@ -216,13 +212,10 @@ impl<T: Transmittance> FragmentTracer<T> {
     /// Sets a far table: sums of optical depth in place of strands and of leaves smaller
     /// than a pixel, beyond the first `cells` coarse pixels that rays move. Coherent
     /// surfaces, which fill pixels, are traced one by one all the way. None where those
-    /// are most of the map, where fragments are so few that the table would be far larger
-    /// than they are, or there is no room for both parts.
+    /// are most of the map, or there is no room for both parts.
     #[must_use]
     pub fn with_far_table(self, cells: f32) -> Self {
-        let pixels = self.frame.size().map(|side| side as usize);
-        let is_sparse = self.count < pixels[0] * pixels[1] / PIXELS_OF_TABLE;
-        let far = (self.range[0] < self.range[1] && !is_sparse)
+        let far = (self.range[0] < self.range[1])
             .then(|| FarField::new::<T>(&self.fragments, &self.frame, self.range));
         let far = far.and_then(|far| far.ok().flatten());
         Self { far, near_cells: cells.max(0.0), ..self }
